@@ -10,7 +10,8 @@
 //! | 18 | radial distortion `k1` of the lens, normalised coordinates | difference |
 //! | 19 | read-out time `T` from the first row to the last, s | difference |
 //! | 20 | relative error `e` of the stated focal length | difference |
-//! | 21 + 6 k | position and rotation of the camera in keyframe `k` | as above |
+//! | 21..23 | slope of the mean ground along both axes of the level frame, `z = slope . (x, y)` | difference |
+//! | 23 + 6 k | position and rotation of the camera in keyframe `k` | as above |
 //!
 //! ```text
 //! dp/dt = v,    dv/dt = R (f - b_a) + g,    dR/dt = R [w - b_g]
@@ -39,16 +40,18 @@ use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix6, SMatrix, Vector2, Vector3, 
 pub const MAX_KEYFRAMES: usize = 8;
 /// States of the vehicle, which move.
 const VEHICLE: usize = 18;
-/// States of the vehicle and errors of its camera.
-const CORE: usize = VEHICLE + ERRORS;
+/// All states but those of keyframes.
+const CORE: usize = VEHICLE + COMMON;
 /// States of a keyframe.
 const POSE: usize = 6;
 /// All states.
 const STATES: usize = CORE + POSE * MAX_KEYFRAMES;
-/// States that the images of a keyframe's landmarks depend on: two poses and the errors of the camera.
-const PAIR: usize = 2 * POSE + ERRORS;
+/// States that the images of a keyframe's landmarks depend on: two poses, the errors of the camera, and the slope.
+const PAIR: usize = 2 * POSE + COMMON;
 /// Errors of the camera.
 const ERRORS: usize = 3;
+/// Errors of the camera, and the slope of the ground.
+const COMMON: usize = ERRORS + 2;
 /// Cells of the grid along each axis.
 const GRID_SIDE: usize = 24;
 /// Cells of the grid.
@@ -65,6 +68,7 @@ const GYRO_BIAS: usize = 9;
 const FORCE_BIAS: usize = 12;
 const WANDER: usize = 15;
 const CAMERA: usize = VEHICLE;
+const SLOPE: usize = CAMERA + ERRORS;
 
 /// Standard gravity, m/s^2.
 const GRAVITY: f64 = 9.80665;
@@ -74,6 +78,8 @@ const MAX_HEIGHT_SIGMA_M: f64 = 10.0;
 const HEIGHT_SIGMA: f64 = 0.2;
 /// The same without samples of the IMU: RANSAC has left out what is not on one plane.
 const FREE_HEIGHT_SIGMA: f64 = 0.05;
+/// Standard deviation of the slope of the mean ground: a row of houses along one side of a picture from 20 m is one.
+const SLOPE_SIGMA: f64 = 0.15;
 /// Standard error of the height over the mean ground from one laser reading, as a part of that of a cell.
 const GROUND_SIGMA: f64 = 0.3;
 /// Standard error of a laser reading as a measurement of the ground, as a part of the same. Neighbouring readings hit
@@ -104,6 +110,8 @@ const CAMERA_SIGMAS: [f64; ERRORS] = [0.05, 0.015, 0.01];
 /// Standard deviation of the distortion without samples of the IMU: the camera is taken as calibrated. A distortion
 /// `k1` moves pairs like a tilt of `3 k1 d / h`, and without the IMU nothing else says which of them it is.
 const FREE_DISTORTION_SIGMA: f64 = 0.01;
+/// States with their standard deviations without samples of the IMU. The ground is level then: a slope looks like tilt.
+const FREE_SIGMAS: [(usize, f64); 3] = [(CAMERA, FREE_DISTORTION_SIGMA), (SLOPE, 0.0), (SLOPE + 1, 0.0)];
 /// Newton's steps of the inverse of the lens: 1e-6 of the radius at a distortion of 10 %.
 const LENS_STEPS: usize = 3;
 /// Standard error of the velocity at the start, m/s.
@@ -216,6 +224,7 @@ struct PairState {
     then: MovingCamera,
     now: MovingCamera,
     errors: CameraErrors,
+    slope: Vector2<f64>,
 }
 
 impl PairState {
@@ -228,6 +237,7 @@ impl PairState {
             camera.pose.rotation = exponential(&three(first + 3)) * camera.pose.rotation;
         }
         other.errors.add(&three(2 * POSE));
+        other.slope += Vector2::new(change[PAIR - 2], change[PAIR - 1]);
         other
     }
 }
@@ -290,6 +300,7 @@ struct Projection {
     by_pose: [Matrix2x3<f64>; 4],
     /// By the errors of the camera.
     by_camera: Matrix2x3<f64>,
+    by_slope: Matrix2<f64>,
     /// By the height of the cell.
     by_height: Vector2<f64>,
     cell: usize,
@@ -302,6 +313,7 @@ impl Projection {
         for (part, block) in self.by_pose.iter().chain([&self.by_camera]).enumerate() {
             by.fixed_view_mut::<2, 3>(0, 3 * part).copy_from(block);
         }
+        by.fixed_view_mut::<2, 2>(0, PAIR - 2).copy_from(&self.by_slope);
         by
     }
 }
@@ -316,6 +328,7 @@ pub struct Filter {
     force_bias: Vector3<f64>,
     wander: Vector3<f64>,
     errors: CameraErrors,
+    slope: Vector2<f64>,
     keyframes: [Option<MovingCamera>; MAX_KEYFRAMES],
     /// The last prediction had a sample of the IMU.
     has_rates: bool,
@@ -330,8 +343,8 @@ pub struct Filter {
     height_sigma: f64,
     /// The same where nothing is known of the relief, m.
     max_height_sigma: f64,
-    /// Variance of the distortion that is left out without samples of the IMU.
-    withheld_distortion: f64,
+    /// Variances that are left out without samples of the IMU, in the order of [`FREE_SIGMAS`].
+    withheld: [f64; FREE_SIGMAS.len()],
     /// Angular velocity of the last step, rad/s.
     rates: Vector3<f64>,
     /// The last prediction had no samples of the IMU.
@@ -391,12 +404,13 @@ impl Filter {
             has_rates: false,
             without_rates: None,
             errors: CameraErrors::default(),
+            slope: Vector2::zeros(),
             covariance,
             cross: vec![0.0; STATES * CELLS],
             cell_m: 1.0,
             height_sigma: MAX_HEIGHT_SIGMA_M,
             max_height_sigma: MAX_HEIGHT_SIGMA_M,
-            withheld_distortion: 0.0,
+            withheld: [0.0; FREE_SIGMAS.len()],
             rates: Vector3::zeros(),
             is_free: true,
             scratch: Scratch {
@@ -423,16 +437,19 @@ impl Filter {
         self.pose.position = Vector3::new(0.0, 0.0, -height);
         self.max_height_sigma = MAX_HEIGHT_SIGMA_M.min(HEIGHT_SIGMA * height);
         self.height_sigma = self.max_height_sigma;
+        self.slope = Vector2::zeros();
+        self.withheld[1..].fill(0.0);
         let ground = (GROUND_SIGMA * self.max_height_sigma).hypot(sensors.range);
         if keep && is_sound {
             for row in 0..STATES {
                 for column in 0..STATES {
-                    if row.min(column) < VELOCITY || row.max(column) >= CORE {
+                    if row.min(column) < VELOCITY || row.max(column) >= SLOPE {
                         self.covariance[row * STATES + column] = 0.0;
                     }
                 }
             }
             self.covariance[2 * STATES + 2] = ground * ground;
+            (SLOPE..CORE).for_each(|i| self.covariance[i * (STATES + 1)] = SLOPE_SIGMA * SLOPE_SIGMA);
             return;
         }
         self.pose.rotation = attitude.rotation();
@@ -441,7 +458,7 @@ impl Filter {
         let of_camera = if is_sound {
             Matrix3::from_fn(|row, column| self.at(CAMERA + row, CAMERA + column))
         } else {
-            (self.errors, self.withheld_distortion) = (CameraErrors::default(), 0.0);
+            (self.errors, self.withheld) = (CameraErrors::default(), [0.0; FREE_SIGMAS.len()]);
             Matrix3::from_diagonal(&Vector3::from(CAMERA_SIGMAS.map(|sigma| sigma * sigma)))
         };
         self.covariance.fill(0.0);
@@ -460,6 +477,7 @@ impl Filter {
             set(WANDER + axis, ROTATION + axis, -variance);
             (0..ERRORS).for_each(|error| set(CAMERA + axis, CAMERA + error, of_camera[(axis, error)]));
         }
+        (SLOPE..CORE).for_each(|i| set(i, i, SLOPE_SIGMA * SLOPE_SIGMA));
     }
 
     fn at(&self, row: usize, column: usize) -> f64 {
@@ -468,7 +486,7 @@ impl Filter {
 
     /// Predicts over samples of the IMU.
     pub fn predict(&mut self, steps: impl Iterator<Item = Step>, sensors: &SensorErrors) {
-        let (mut transition, mut noise) = (Vehicle::identity(), Vehicle::zeros());
+        let (mut transition, mut noise, mut slope_noise) = (Vehicle::identity(), Vehicle::zeros(), 0.0);
         self.set_free(false);
         self.has_rates = false;
         for step in steps {
@@ -499,6 +517,8 @@ impl Filter {
                 noise[(FORCE_BIAS + axis, FORCE_BIAS + axis)] += FORCE_BIAS_WALK * FORCE_BIAS_WALK * h;
                 noise[(WANDER + axis, WANDER + axis)] += reading * reading * (1.0 - decay * decay);
             }
+            // Other ground has another slope.
+            slope_noise += self.velocity.xy().norm() * h / (CELLS_ACROSS * self.cell_m);
             self.pose.position += self.velocity * h + acceleration * (h * h / 2.0);
             self.velocity += acceleration * h;
             self.pose.rotation *= exponential(&(rates * h));
@@ -507,22 +527,29 @@ impl Filter {
         }
         self.pose.rotation = orthonormal(&self.pose.rotation);
         self.propagate(&transition, &noise);
+        let variance = SLOPE_SIGMA * SLOPE_SIGMA;
+        for i in SLOPE..CORE {
+            let walked = self.at(i, i) + variance * slope_noise;
+            self.covariance[i * (STATES + 1)] = self.at(i, i).max(walked.min(variance));
+        }
     }
 
     /// Changes the prior to that of frames with or without samples of the IMU.
     fn set_free(&mut self, is_free: bool) {
         let share = if is_free { FREE_HEIGHT_SIGMA / HEIGHT_SIGMA } else { 1.0 };
         self.set_height_sigma(self.max_height_sigma * share);
-        let sigma = self.at(CAMERA, CAMERA).max(0.0).sqrt();
-        if is_free && sigma > FREE_DISTORTION_SIGMA {
-            let share = FREE_DISTORTION_SIGMA / sigma;
-            (0..STATES).for_each(|i| self.covariance[CAMERA * STATES + i] *= share);
-            (0..STATES).for_each(|i| self.covariance[i * STATES + CAMERA] *= share);
-            self.cross[CAMERA * CELLS..(CAMERA + 1) * CELLS].iter_mut().for_each(|value| *value *= share);
-            self.withheld_distortion += sigma * sigma - FREE_DISTORTION_SIGMA * FREE_DISTORTION_SIGMA;
-        }
-        if !is_free {
-            self.covariance[CAMERA * (STATES + 1)] += std::mem::take(&mut self.withheld_distortion);
+        for (index, (state, known)) in FREE_SIGMAS.into_iter().enumerate() {
+            let sigma = self.at(state, state).max(0.0).sqrt();
+            if is_free && sigma > known {
+                let share = known / sigma;
+                (0..STATES).for_each(|i| self.covariance[state * STATES + i] *= share);
+                (0..STATES).for_each(|i| self.covariance[i * STATES + state] *= share);
+                self.cross[state * CELLS..(state + 1) * CELLS].iter_mut().for_each(|value| *value *= share);
+                self.withheld[index] += sigma * sigma - known * known;
+            }
+            if !is_free {
+                self.covariance[state * (STATES + 1)] += std::mem::take(&mut self.withheld[index]);
+            }
         }
         self.is_free = is_free;
     }
@@ -600,16 +627,19 @@ impl Filter {
     /// Updates by the range (m) of the laser along the optical axis and its standard error.
     pub fn update_range(&mut self, range: f64, error: f64) {
         let axis = self.pose.rotation.column(2).into_owned();
-        if axis.z < 0.5 {
+        let normal = normal(&self.slope);
+        let towards = normal.dot(&axis);
+        if towards < 0.5 {
             return;
         }
-        let expected = -self.pose.position.z / axis.z;
+        let expected = -normal.dot(&self.pose.position) / towards;
         let hit = self.pose.position + axis * expected;
         let cell = self.cell(&hit);
         let noise = (LASER_SIGMA * self.max_height_sigma).powi(2) + error * error;
         // Higher ground and a lower camera have a shorter range.
-        let by = -1.0 / axis.z;
-        self.update_scalar(&[(POSITION + 2, by)], Some((cell, by)), range - expected, noise);
+        let by = -1.0 / towards;
+        let by_states = [(POSITION + 2, by), (SLOPE, -by * hit.x), (SLOPE + 1, -by * hit.y)];
+        self.update_scalar(&by_states, Some((cell, by)), range - expected, noise);
     }
 
     /// Schmidt's update by one scalar with derivatives by some states and the height of a cell.
@@ -656,6 +686,7 @@ impl Filter {
         self.force_bias += three(FORCE_BIAS);
         self.wander += three(WANDER);
         self.errors.add(&three(CAMERA));
+        self.slope += Vector2::new(by[SLOPE], by[SLOPE + 1]);
         for (k, keyframe) in self.keyframes.iter_mut().enumerate() {
             if let Some(MovingCamera { pose, .. }) = keyframe {
                 pose.position += three(CORE + POSE * k);
@@ -696,7 +727,7 @@ impl Filter {
     pub fn is_sound(&self) -> bool {
         let CameraErrors { distortion, readout_s, focal } = &self.errors;
         let vehicle = self.pose.position.iter().chain(&self.velocity).chain(&self.pose.rotation);
-        let finite = vehicle.chain([distortion, readout_s, focal]).all(|value| value.is_finite());
+        let finite = vehicle.chain([distortion, readout_s, focal]).chain(&self.slope).all(|value| value.is_finite());
         finite && (0..CORE).all(|i| self.at(i, i) > -1e-9)
     }
 
@@ -742,7 +773,8 @@ impl Filter {
 
     /// Projects a pixel of a keyframe into the present camera; `None` if it is not seen.
     fn project(&self, state: &PairState, [from, to]: [&Camera; 2], pixel: &Vector2<f64>) -> Option<Projection> {
-        let PairState { then, now, errors } = state;
+        let PairState { then, now, errors, slope } = state;
+        let normal = normal(slope);
         // The time stamp is that of the first row.
         let part = |camera: &Camera, pixel: &Vector2<f64>| pixel.y / (2.0 * principal(camera).y).max(1.0);
         let focals = [from, to].map(|camera| camera.focal() * (1.0 + errors.focal));
@@ -751,10 +783,11 @@ impl Filter {
         let then_part = part(from, pixel);
         let read = then.after(errors.readout_s * then_part);
         let ray = read.rotation * u.push(1.0);
-        if ray.z < 1e-3 {
+        let towards = normal.dot(&ray);
+        if towards < 1e-3 {
             return None;
         }
-        let s = -read.position.z / ray.z;
+        let s = -normal.dot(&read.position) / towards;
         let point = read.position + ray * s;
         let direction = |pose: &CameraPose| {
             let q = pose.rotation.transpose() * (point - pose.position);
@@ -772,7 +805,7 @@ impl Filter {
         let f = focals[1] / q.z;
         let by_direction = by_straight * Matrix2x3::new(f, 0.0, -f * q.x / q.z, 0.0, f, -f * q.y / q.z);
         let a = by_direction * pose.rotation.transpose();
-        let along = a * (Matrix3::identity() - ray * Vector3::z().transpose() / ray.z);
+        let along = a * (Matrix3::identity() - ray * normal.transpose() / towards);
         let by_pose = [-a, a * skew(&(point - pose.position)), along, -along * skew(&ray) * s];
         let by_reference =
             (along * read.rotation * s).fixed_view::<2, 2>(0, 0) * errors.distorted(&u).1.try_inverse()?;
@@ -785,12 +818,14 @@ impl Filter {
             by_now * now_part + by_then * then_part,
             is_seen * to.focal() - by_reference * was_seen / (1.0 + errors.focal),
         ]);
-        Some(Projection { image, by_pose, by_camera, by_height: -a * ray / ray.z, cell: self.cell(&point) })
+        let by_height = -a * ray / towards;
+        let by_slope = -by_height * point.xy().transpose();
+        Some(Projection { image, by_pose, by_camera, by_slope, by_height, cell: self.cell(&point) })
     }
 
     /// Returns what the images of the landmarks of keyframe `k` depend on.
     fn pair_state(&self, k: usize) -> Option<PairState> {
-        Some(PairState { then: self.keyframes[k]?, now: self.present(), errors: self.errors })
+        Some(PairState { then: self.keyframes[k]?, now: self.present(), errors: self.errors, slope: self.slope })
     }
 
     /// Returns the covariance of the poses of the present camera and keyframe `k`, and of the errors of the camera.
@@ -1067,6 +1102,11 @@ fn pair_states(k: usize) -> [usize; PAIR] {
     })
 }
 
+/// Returns a normal of the ground with a slope, downwards.
+fn normal(slope: &Vector2<f64>) -> Vector3<f64> {
+    Vector3::new(-slope.x, -slope.y, 1.0)
+}
+
 /// Returns the pixel on the optical axis.
 fn principal(camera: &Camera) -> Vector2<f64> {
     camera.matrix().fixed_view::<2, 1>(0, 2).into_owned()
@@ -1226,6 +1266,7 @@ mod tests {
             then: moving(Vector3::new(1.0, 2.0, -50.0), Vector3::new(0.02, 0.03, 0.4), Vector3::new(1.0, 2.0, 0.5)),
             now: moving(Vector3::new(3.0, 1.0, -48.0), Vector3::new(-0.03, 0.01, 0.5), Vector3::new(-2.0, 1.0, 0.3)),
             errors: CameraErrors { distortion: -0.09, readout_s: 0.005, focal: 0.02 },
+            slope: Vector2::new(0.05, -0.1),
         };
         let pixel = Vector2::new(300.0, 600.0);
         let at = |change: &[f64; PAIR]| filter.project(&state.moved(change), [&camera, &zoomed], &pixel).unwrap();
@@ -1277,6 +1318,30 @@ mod tests {
         filter.errors.distortion = f64::NAN;
         filter.restart(50.0, &Attitude::default(), &SENSORS, 46.0, true);
         assert!(filter.is_sound() && filter.at(CAMERA, CAMERA).sqrt() == CAMERA_SIGMAS[0]);
+    }
+
+    /// A climb over a slope looks like a motion across it.
+    #[test]
+    fn a_climb_over_a_slope_does_not_mislead() {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let mut filter = started();
+        let (slope, mut place) = (Vector2::new(0.2, -0.1), Vector3::zeros());
+        for _ in 0..60 {
+            place.z -= 0.05;
+            filter.predict(hovering(0.065), &SENSORS);
+            filter.update_attitude(&Attitude::default(), &SENSORS);
+            let believed = std::mem::replace(&mut filter.slope, slope);
+            let mut seen = sightings(&filter, place, CameraErrors::default(), &mut rng);
+            filter.slope = believed;
+            filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50).unwrap();
+        }
+        let (moved, covariance) = filter.displacement(0).unwrap();
+        for axis in 0..2 {
+            let (error, sigma) = (moved[axis], covariance[(axis, axis)].sqrt());
+            assert!(error.abs() < 3.0 * sigma && error.abs() < 0.1, "{error} {sigma}");
+            let (error, sigma) = (filter.slope[axis] - slope[axis], filter.at(SLOPE + axis, SLOPE + axis).sqrt());
+            assert!(error.abs() < 3.0 * sigma && sigma < 0.9 * SLOPE_SIGMA, "{error} {sigma}");
+        }
     }
 
     /// Without samples of the IMU camera and ground are taken as better known, until samples come again.
