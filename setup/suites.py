@@ -26,7 +26,7 @@ from xml.etree import ElementTree
 import results
 
 ROOT = Path(__file__).resolve().parent.parent
-ARCHIVES = ROOT.parent / "shared" / "suites"
+ARCHIVES = Path(os.environ.get("HOVERLOCK_SUITES", ROOT.parent / "shared/suites"))
 TIMEOUT_S = 900
 
 
