@@ -43,12 +43,11 @@ fn value(set: &CoefficientSet, word: &Word) -> f64 {
     word.raw as f64 * (-f64::from(set.quantised.frac_bits)).exp2()
 }
 
-/// Returns the text of a Verilog header of `localparam`s. Include it once: inside a module, or in SystemVerilog before
-/// the first module.
+/// Returns the text of a Verilog header of `localparam`s. Include it in each module that needs it: a guard would leave
+/// the second module of a compilation without them.
 pub fn verilog(sets: &[CoefficientSet], command: &str) -> String {
     let mut text = format!(
-        "// Written by: {command}\n`ifndef HOVERLOCK_COEFFICIENTS_VH\n`define HOVERLOCK_COEFFICIENTS_VH\n\
-         localparam SMOOTHERS = {};\n",
+        "// Written by: {command}\n// Include it in each module that needs it.\nlocalparam SMOOTHERS = {};\n",
         sets.len()
     );
     for (i, set) in sets.iter().enumerate() {
@@ -72,7 +71,6 @@ pub fn verilog(sets: &[CoefficientSet], command: &str) -> String {
             );
         }
     }
-    text += "`endif\n";
     text
 }
 
