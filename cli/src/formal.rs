@@ -117,6 +117,9 @@ pub fn run(args: &Args) -> Result<Verdict> {
     }
     let failed = results.iter().filter(|outcome| !outcome.pass).count();
     let proved = results.iter().filter(|o| matches!(o.status, Status::Proved | Status::Bounded)).count();
+    let done = || tasks.iter().map(|(_, task)| task).chain(answers.iter().map(|(_, task)| task));
+    let covers = done().filter(|task| matches!(task, Task::Cover)).count();
+    let mutants = done().filter(|task| matches!(task, Task::Mutant(_))).count();
     if let Some(file) = &args.table {
         let mut rows: Vec<Row> = claims.iter().map(Row::of_claim).collect();
         rows.extend(subjects.iter().map(|&subject| Row::of_subject(subject)));
@@ -136,7 +139,10 @@ pub fn run(args: &Args) -> Result<Verdict> {
         }
         let summary = match results.iter().find(|outcome| !outcome.pass) {
             Some(first) => format!("{failed} of {} fail, the first: {}", results.len(), first.name),
-            None => format!("{proved} proofs, {} covers and mutants as they should be", results.len() - proved),
+            None if args.mutants => {
+                format!("{proved} proofs pass, {covers} covers are reached, {mutants} mutants fail")
+            }
+            None => format!("{proved} proofs pass, {covers} covers are reached"),
         };
         print(&(verdict(failed == 0, &summary) + "\n"))?;
     }
