@@ -27,6 +27,12 @@ pub enum DesignError {
     /// A design file lacks a key.
     #[error("the key `{0}` is missing; a design file has all of {keys}", keys = key_names())]
     Missing(&'static str),
+    /// Changes name a key twice.
+    #[error("the key `{key}` is changed twice; give each key once")]
+    Twice {
+        /// The key as written.
+        key: String,
+    },
     /// An override has no `=`, no key or no value.
     #[error("`{0}` is not of the form KEY=VALUE, like dog_bits=12")]
     Override(String),

@@ -86,12 +86,49 @@ impl DesignPoint {
     /// Loads a design by its name, from a design file, or as changes of [`KT27`] separated by commas.
     ///
     /// # Errors
-    /// Those of [`DesignPoint::load`] and [`DesignPoint::with_change`].
+    /// Those of [`DesignPoint::load`] and [`DesignPoint::with_change`], or a key is changed twice.
     pub fn load_or_change(name: &str) -> Result<Self, LoadError> {
         if !name.contains('=') {
             return Self::load(name.as_ref());
         }
-        name.split(',').try_fold(KT27.clone(), |design, change| design.with_change(change.as_ref()))
+        let changes = separate(name);
+        let keys: Vec<&str> =
+            changes.iter().filter_map(|change| change.split_once('=')).map(|(key, _)| key.trim()).collect();
+        if let Some((_, twice)) = keys.iter().enumerate().find(|(at, key)| keys[..*at].contains(key)) {
+            return Err(DesignError::Twice { key: (*twice).to_owned() }.into());
+        }
+        changes.into_iter().try_fold(KT27.clone(), |design, change| design.with_change(change.as_ref()))
+    }
+}
+
+/// Separates changes at the commas outside lists.
+fn separate(text: &str) -> Vec<&str> {
+    let (mut parts, mut from, mut depth) = (Vec::new(), 0, 0_i32);
+    for (at, char) in text.char_indices() {
+        match char {
+            '[' => depth += 1,
+            ']' => depth -= 1,
+            ',' if depth == 0 => {
+                parts.push(&text[from..at]);
+                from = at + 1;
+            }
+            _ => {}
+        }
+    }
+    parts.push(&text[from..]);
+    parts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn changes_are_separated_outside_lists_and_a_key_is_changed_once() {
+        let design = DesignPoint::load_or_change("look_ahead=[5,5,5],dog_bits=14").unwrap();
+        assert_eq!((&*design.look_ahead, design.dog_bits), (&[5, 5, 5][..], 14));
+        let error = DesignPoint::load_or_change("dog_bits=14,state=u16.1, dog_bits=15").unwrap_err().to_string();
+        assert_eq!(error, "the key `dog_bits` is changed twice; give each key once");
     }
 }
 
