@@ -119,6 +119,14 @@ fn separate(text: &str) -> Vec<&str> {
     parts
 }
 
+fn read(path: &Path, kind: &'static str) -> Result<String, LoadError> {
+    // A device or a FIFO may never end.
+    if path.exists() && !path.is_file() {
+        return Err(LoadError::NotAFile { path: path.into(), kind });
+    }
+    std::fs::read_to_string(path).map_err(|source| LoadError::Read { path: path.into(), kind, source })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -130,12 +138,4 @@ mod tests {
         let error = DesignPoint::load_or_change("dog_bits=14,state=u16.1, dog_bits=15").unwrap_err().to_string();
         assert_eq!(error, "the key `dog_bits` is changed twice; give each key once");
     }
-}
-
-fn read(path: &Path, kind: &'static str) -> Result<String, LoadError> {
-    // A device or a FIFO may never end.
-    if path.exists() && !path.is_file() {
-        return Err(LoadError::NotAFile { path: path.into(), kind });
-    }
-    std::fs::read_to_string(path).map_err(|source| LoadError::Read { path: path.into(), kind, source })
 }
