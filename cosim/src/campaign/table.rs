@@ -1,11 +1,14 @@
 //! The table of a campaign: one row of CSV for each flight.
 
 use std::collections::HashMap;
+use std::fs::File;
+use std::io::Read as _;
 use std::path::Path;
 
-use hoverlock_reports::journal;
-use serde::Serialize;
-use serde::de::DeserializeOwned;
+use hoverlock_reports::journal::{self, JournalError};
+use serde::de::value::Error as ValueError;
+use serde::de::{DeserializeOwned, Deserializer, Error as _, Visitor};
+use serde::{Serialize, forward_to_deserialize_any};
 
 use super::CampaignError;
 
@@ -20,11 +23,12 @@ pub(super) fn from_row<T: DeserializeOwned>(row: &str) -> Result<T, CampaignErro
     Ok(table.deserialize().next().ok_or(CampaignError::EmptyRow)??)
 }
 
-/// Reads the rows of a table by their keys; none if there is no file.
+/// Reads the rows of a table by their keys; none if there is no file. A file with another header stays as it is.
 pub(super) fn read<T: DeserializeOwned>(
     table: &Path,
     key: impl Fn(&T) -> String,
 ) -> Result<HashMap<String, T>, CampaignError> {
+    check_header::<T>(table)?;
     let text = journal::read(table)?;
     let mut rows = csv::Reader::from_reader(text.as_bytes());
     let rows = rows.deserialize().map(|row| {
@@ -32,6 +36,56 @@ pub(super) fn read<T: DeserializeOwned>(
         Ok((key(&row), row))
     });
     rows.collect()
+}
+
+/// Checks that a file that exists begins with the header of the table, or with a part of it that was cut off.
+fn check_header<T: DeserializeOwned>(table: &Path) -> Result<(), CampaignError> {
+    if !table.exists() {
+        return Ok(());
+    }
+    // A device or a FIFO may never end.
+    if !table.is_file() {
+        return Err(CampaignError::OtherFile(table.into()));
+    }
+    let header = columns::<T>().join(",") + "\n";
+    let mut begin = Vec::new();
+    let read = File::open(table).and_then(|file| file.take(header.len() as u64).read_to_end(&mut begin));
+    read.map_err(|source| JournalError::Read { path: table.into(), source })?;
+    if header.as_bytes().starts_with(&begin) { Ok(()) } else { Err(CampaignError::OtherFile(table.into())) }
+}
+
+/// Returns the columns of a table of `T`: the names of its fields.
+fn columns<T: DeserializeOwned>() -> &'static [&'static str] {
+    let mut columns: &[&str] = &[];
+    // It ends with an error as soon as the fields are known.
+    let _ = T::deserialize(Columns(&mut columns));
+    columns
+}
+
+/// A deserialiser that has no values and takes the names of the fields of a struct.
+struct Columns<'a>(&'a mut &'static [&'static str]);
+
+impl<'de> Deserializer<'de> for Columns<'_> {
+    type Error = ValueError;
+
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        fields: &'static [&'static str],
+        _visitor: V,
+    ) -> Result<V::Value, ValueError> {
+        *self.0 = fields;
+        Err(ValueError::custom("no values"))
+    }
+
+    fn deserialize_any<V: Visitor<'de>>(self, _visitor: V) -> Result<V::Value, ValueError> {
+        Err(ValueError::custom("not a struct"))
+    }
+
+    forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 u8 u16 u32 u64 f32 f64 char str string bytes byte_buf option unit unit_struct newtype_struct
+        seq tuple tuple_struct map enum identifier ignored_any
+    }
 }
 
 /// Appends a row. An empty table receives its header first.
@@ -43,4 +97,36 @@ fn bytes(row: &impl Serialize, with_header: bool) -> Result<Vec<u8>, csv::Error>
     let mut rows = csv::WriterBuilder::new().has_headers(with_header).from_writer(Vec::new());
     rows.serialize(row)?;
     rows.into_inner().map_err(|error| csv::Error::from(error.into_error()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde::Deserialize;
+
+    #[derive(Debug, PartialEq, Serialize, Deserialize)]
+    struct Row {
+        name: String,
+        rms_m: f64,
+    }
+
+    #[test]
+    fn a_file_with_another_header_is_refused_and_stays_as_it_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let table = folder.path().join("table.csv");
+        let key = |row: &Row| row.name.clone();
+        // A text without a newline would be removed as a line that was cut off.
+        for text in ["notes", "rms_m,name\n0.1,a\n", "name,rms_m,more\n"] {
+            std::fs::write(&table, text).unwrap();
+            assert!(matches!(read(&table, key), Err(CampaignError::OtherFile(_))), "{text}");
+            assert_eq!(std::fs::read_to_string(&table).unwrap(), text);
+        }
+        assert!(matches!(read(folder.path(), key), Err(CampaignError::OtherFile(_))));
+        for text in ["", "name,rm"] {
+            std::fs::write(&table, text).unwrap();
+            assert_eq!(read(&table, key).unwrap().len(), 0);
+            append(&table, &Row { name: "a".into(), rms_m: 0.1 }).unwrap();
+            assert_eq!(read(&table, key).unwrap()["a"], Row { name: "a".into(), rms_m: 0.1 });
+        }
+    }
 }

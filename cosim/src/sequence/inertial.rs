@@ -8,6 +8,17 @@ use serde::Deserialize;
 /// Largest time of a sample, s.
 const MAX_TIME_S: f64 = 1e9;
 
+/// The columns of the table.
+pub(super) const COLUMNS: [&str; 7] = [
+    "time_s",
+    "rate_x_rad_per_s",
+    "rate_y_rad_per_s",
+    "rate_z_rad_per_s",
+    "force_x_m_per_s2",
+    "force_y_m_per_s2",
+    "force_z_m_per_s2",
+];
+
 /// A row of the table.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -35,6 +46,13 @@ pub enum InertialError {
         /// The error of the CSV parser.
         source: csv::Error,
     },
+    /// The header has other columns.
+    #[error(
+        "{path}: the columns of the table of the inertial sensor are {columns}",
+        path = .0.display(),
+        columns = COLUMNS.join(",")
+    )]
+    Columns(PathBuf),
     /// A row has a value out of range, or a time that does not grow.
     #[error("{path}: row {row} of the table of the inertial sensor: {reason}")]
     Row {
@@ -59,6 +77,9 @@ pub fn read(path: &Path) -> Result<Vec<InertialSample>, InertialError> {
     let unread = |source| InertialError::Csv { path: path.into(), source };
     let mut table =
         csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_path(path).map_err(unread)?;
+    if table.headers().map_err(unread)? != COLUMNS.as_slice() {
+        return Err(InertialError::Columns(path.into()));
+    }
     let mut samples: Vec<InertialSample> = Vec::new();
     for row in table.deserialize::<Row>() {
         let row = row.map_err(unread)?;
@@ -80,4 +101,24 @@ pub fn read(path: &Path) -> Result<Vec<InertialSample>, InertialError> {
         samples.push(sample);
     }
     Ok(samples)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_with_other_columns_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let table = folder.path().join("inertial.csv");
+        let read_text = |text: &str| {
+            std::fs::write(&table, text).unwrap();
+            read(&table)
+        };
+        let header = COLUMNS.join(",");
+        assert_eq!(read_text(&format!("{header}\n0.5,0,0,0,0,0,-9.8\n")).unwrap()[0].time_us, 500_000);
+        for text in ["hello\n", "", "time_s\n", &format!("{header},more\n")] {
+            assert!(matches!(read_text(text), Err(InertialError::Columns(_))), "{text}");
+        }
+    }
 }

@@ -11,9 +11,6 @@ use image::{ExtendedColorType, ImageEncoder as _, ImageError};
 
 const HEADER: &str = "time_s,roll_deg,pitch_deg,yaw_deg,range_m,fov_deg,tilt_se_deg,heading_se_deg,range_se_m\n";
 
-const INERTIAL_HEADER: &str =
-    "time_s,rate_x_rad_per_s,rate_y_rad_per_s,rate_z_rad_per_s,force_x_m_per_s2,force_y_m_per_s2,force_z_m_per_s2\n";
-
 /// Encodes frames as PNG files and collects their telemetry. It writes no files.
 pub struct SequenceWriter {
     table: String,
@@ -22,7 +19,7 @@ pub struct SequenceWriter {
 
 impl Default for SequenceWriter {
     fn default() -> Self {
-        Self { table: HEADER.into(), inertial: INERTIAL_HEADER.into() }
+        Self { table: HEADER.into(), inertial: super::inertial::COLUMNS.join(",") + "\n" }
     }
 }
 
