@@ -215,7 +215,10 @@ impl<'a> Inertial<'a> {
     }
 }
 
-/// Encodes samples of the IMU as a payload.
+/// Samples of the IMU that a message can hold.
+pub const MAX_INERTIAL_SAMPLES: usize = MAX_PAYLOAD_BYTES / SAMPLE_BYTES;
+
+/// Encodes samples of the IMU, at most [`MAX_INERTIAL_SAMPLES`], as a payload.
 pub fn encode_inertial(samples: &[InertialSample]) -> Vec<u8> {
     let values = |sample: &InertialSample| sample.rates.into_iter().chain(sample.force);
     let bytes = |sample| values(sample).flat_map(f64::to_le_bytes).collect::<Vec<u8>>();

@@ -8,7 +8,9 @@ mod float;
 mod line;
 
 use hoverlock_arm::hardware::Fpga;
-use hoverlock_arm::message::{self, Command, InertialSample, Telemetry, encode_inertial, encode_registers};
+use hoverlock_arm::message::{
+    self, Command, InertialSample, MAX_INERTIAL_SAMPLES, Telemetry, encode_inertial, encode_registers,
+};
 use hoverlock_arm::source::Source as MessageStream;
 use hoverlock_design::{DesignPoint, KT27};
 use hoverlock_reference::image::plane::Plane;
@@ -130,8 +132,8 @@ impl Chain {
     /// # Errors
     /// The flight program has failed.
     pub fn inertial(&mut self, samples: &[InertialSample]) -> Result<(), ChainError> {
-        if !samples.is_empty() {
-            self.stream.send(message::INERTIAL, &encode_inertial(samples))?;
+        for part in samples.chunks(MAX_INERTIAL_SAMPLES) {
+            self.stream.send(message::INERTIAL, &encode_inertial(part))?;
             self.send(Delivery::Once)?;
         }
         Ok(())
