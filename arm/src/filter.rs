@@ -464,8 +464,7 @@ impl Filter {
         self.covariance.fill(0.0);
         let mut set = |row: usize, column: usize, value: f64| self.covariance[row * STATES + column] = value;
         set(2, 2, ground * ground);
-        for axis in 0..3 {
-            let reading = if axis == 2 { sensors.heading } else { sensors.tilt };
+        for (axis, reading) in attitude_errors(sensors).into_iter().enumerate() {
             let variance = reading * reading;
             set(VELOCITY + axis, VELOCITY + axis, VELOCITY_SIGMA * VELOCITY_SIGMA);
             set(ROTATION + axis, ROTATION + axis, variance * (1.0 + WHITE_ATTITUDE_SHARE));
@@ -509,8 +508,7 @@ impl Filter {
             }
             transition = f * transition;
             noise = f * noise * f.transpose();
-            for axis in 0..3 {
-                let reading = if axis == 2 { sensors.heading } else { sensors.tilt };
+            for (axis, reading) in attitude_errors(sensors).into_iter().enumerate() {
                 noise[(VELOCITY + axis, VELOCITY + axis)] += FORCE_NOISE * FORCE_NOISE * h;
                 noise[(ROTATION + axis, ROTATION + axis)] += GYRO_NOISE * GYRO_NOISE * h;
                 noise[(GYRO_BIAS + axis, GYRO_BIAS + axis)] += GYRO_BIAS_WALK * GYRO_BIAS_WALK * h;
@@ -617,8 +615,7 @@ impl Filter {
         let turned = logarithm(&(attitude.rotation() * self.pose.rotation.transpose()));
         let innovation = turned - self.wander;
         let age = ATTITUDE_AGE_S * self.rates.norm();
-        for axis in 0..3 {
-            let reading = if axis == 2 { sensors.heading } else { sensors.tilt };
+        for (axis, reading) in attitude_errors(sensors).into_iter().enumerate() {
             let noise = WHITE_ATTITUDE_SHARE * reading * reading + age * age;
             self.update_scalar(&[(ROTATION + axis, 1.0), (WANDER + axis, 1.0)], None, innovation[axis], noise);
         }
@@ -776,9 +773,9 @@ impl Filter {
         let PairState { then, now, errors, slope } = state;
         let normal = normal(slope);
         // The time stamp is that of the first row.
-        let part = |camera: &Camera, pixel: &Vector2<f64>| pixel.y / (2.0 * principal(camera).y).max(1.0);
+        let part = |camera: &Camera, pixel: &Vector2<f64>| pixel.y / camera.last_pixel().y.max(1.0);
         let focals = [from, to].map(|camera| camera.focal() * (1.0 + errors.focal));
-        let was_seen = (pixel - principal(from)) / focals[0];
+        let was_seen = (pixel - from.principal()) / focals[0];
         let u = errors.straight(&was_seen);
         let then_part = part(from, pixel);
         let read = then.after(errors.readout_s * then_part);
@@ -795,7 +792,7 @@ impl Filter {
         };
         let image = |q: &Vector3<f64>| {
             let (seen, by) = errors.distorted(&(q.xy() / q.z));
-            (seen, principal(to) + seen * focals[1], by)
+            (seen, to.principal() + seen * focals[1], by)
         };
         // The row decides on the time; that of the pose at the time stamp is near enough.
         let now_part = part(to, &image(&direction(&now.pose)?).1);
@@ -1014,14 +1011,11 @@ impl Filter {
             for j in 0..size {
                 let information = &self.scratch.information[i * stride..(i + 1) * stride];
                 let mut sum = f64::from(u8::from(i == j));
-                if i < PAIR {
-                    for (m, value) in information.iter().enumerate().take(size) {
-                        sum += value * self.y_covariance(m, j, states);
-                    }
-                } else {
-                    for (m, value) in information.iter().enumerate().take(PAIR) {
-                        sum += value * self.y_covariance(m, j, states);
-                    }
+                let coupled = if i < PAIR { size } else { PAIR };
+                for (m, value) in information.iter().enumerate().take(coupled) {
+                    sum += value * self.y_covariance(m, j, states);
+                }
+                if i >= PAIR {
                     sum += information[i] * self.y_covariance(i, j, states);
                 }
                 self.scratch.system[i * size + j] = sum;
@@ -1102,14 +1096,14 @@ fn pair_states(k: usize) -> [usize; PAIR] {
     })
 }
 
+/// Returns the standard errors of an attitude reading about the axes of the level frame, rad.
+fn attitude_errors(sensors: &SensorErrors) -> [f64; 3] {
+    [sensors.tilt, sensors.tilt, sensors.heading]
+}
+
 /// Returns a normal of the ground with a slope, downwards.
 fn normal(slope: &Vector2<f64>) -> Vector3<f64> {
     Vector3::new(-slope.x, -slope.y, 1.0)
-}
-
-/// Returns the pixel on the optical axis.
-fn principal(camera: &Camera) -> Vector2<f64> {
-    camera.matrix().fixed_view::<2, 1>(0, 2).into_owned()
 }
 
 /// Returns the rotation next to a matrix that rounding has disturbed.

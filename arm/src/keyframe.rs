@@ -127,15 +127,6 @@ impl MatchMemory {
     }
 }
 
-/// The size of a matching.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Gated {
-    /// Descriptors that were compared.
-    pub comparisons: usize,
-    /// Landmarks that the present camera should see.
-    pub expected: usize,
-}
-
 /// Returns a position of a feature, px.
 pub fn position(feature: &Feature) -> Vector2<f64> {
     let (x, y) = feature.subpixel();
@@ -143,8 +134,8 @@ pub fn position(feature: &Feature) -> Vector2<f64> {
 }
 
 /// Matches the landmarks of keyframe `k` with the features of the present frame, in raster order, where the filter
-/// predicts them, into `memory.sightings`. Returns `None` if the prediction is too uncertain for that, or if the budget
-/// is exhausted.
+/// predicts them, into `memory.sightings`. Returns the number of descriptors that were compared; `None` if the
+/// prediction is too uncertain for that, or if the budget is exhausted.
 pub fn match_predicted(
     filter: &Filter,
     k: usize,
@@ -153,19 +144,17 @@ pub fn match_predicted(
     current: &[Feature],
     memory: &mut MatchMemory,
     budget: &mut Budget,
-) -> Option<Gated> {
+) -> Option<usize> {
     if !budget.spend(PREDICTION_WORK * keyframe.features.len()) {
         return None;
     }
     let MatchMemory { predicted, taken, shifts, sightings } = memory;
-    let (width, height) = size(camera);
+    let last = camera.last_pixel();
     predicted.clear();
     predicted.resize(keyframe.features.len(), None);
-    let mut expected = 0;
     filter.images(k, [&keyframe.camera, camera], keyframe.features.iter().map(position), |landmark, prediction| {
-        if (0.0..=width).contains(&prediction.image.x) && (0.0..=height).contains(&prediction.image.y) {
+        if (0.0..=last.x).contains(&prediction.image.x) && (0.0..=last.y).contains(&prediction.image.y) {
             predicted[landmark] = Some(prediction);
-            expected += 1;
         }
     });
     taken.clear();
@@ -239,7 +228,7 @@ pub fn match_predicted(
         }
         keep_consensus(shifts, sightings);
     }
-    Some(Gated { comparisons, expected })
+    Some(comparisons)
 }
 
 /// Keeps the sightings whose shift from the prediction is near the one on which most agree.
@@ -254,10 +243,4 @@ fn keep_consensus(shifts: &[Vector2<f64>], sightings: &mut Vec<Sighting>) {
         index += 1;
         (shifts[index - 1] - best).norm_squared() <= 4.0 * radius
     });
-}
-
-/// Returns the last column and row of a camera's picture, px.
-fn size(camera: &Camera) -> (f64, f64) {
-    let matrix = camera.matrix();
-    (2.0 * matrix[(0, 2)], 2.0 * matrix[(1, 2)])
 }

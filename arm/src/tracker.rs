@@ -23,7 +23,7 @@
 //! displacement, whose scale has the error of the focal length.
 
 use crate::filter::{Filter, MAX_KEYFRAMES, Sighting, Step};
-use crate::keyframe::{Gated, Keyframe, MatchMemory, match_predicted, position};
+use crate::keyframe::{Keyframe, MatchMemory, match_predicted, position};
 use crate::line::{Estimate, Reason};
 use crate::message::{InertialSample, Telemetry};
 use hoverlock_reference::features::feature::Feature;
@@ -41,6 +41,8 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 const MAX_SAMPLES: usize = 1024;
 /// Longest interval that two samples, or the last one, may span, us.
 const MAX_SAMPLE_INTERVAL_US: u64 = 50_000;
+/// Time between two frames that the samples need not cover, us: two samples at 200 a second.
+const MAX_UNCOVERED_US: u64 = 10_000;
 /// Longest time over which a prediction without samples grows, s.
 const MAX_FREE_S: f64 = 10.0;
 
@@ -199,7 +201,7 @@ impl Tracker {
         features: &[Feature],
     ) -> Result<(), Reason> {
         let view = View::new(camera, telemetry.attitude, telemetry.range)?;
-        let width = 2.0 * camera.matrix()[(0, 2)] / camera.focal() * view.height();
+        let width = camera.last_pixel().x / camera.focal() * view.height();
         let is_known = self.predict(telemetry);
         let (height, attitude, sensors) = (view.height(), &telemetry.attitude, &telemetry.sensors);
         self.filter.restart(height, attitude, sensors, width, is_known && self.confirmed);
@@ -287,7 +289,7 @@ impl Tracker {
         // The sample before the frame begins the next interval.
         let kept = self.samples.iter().rposition(|sample| sample.time_us <= to).unwrap_or(0);
         self.samples.drain(..kept);
-        let is_covered = elapsed.is_some_and(|elapsed| covered + 10_000 >= elapsed);
+        let is_covered = elapsed.is_some_and(|elapsed| covered + MAX_UNCOVERED_US >= elapsed);
         if is_covered {
             filter.predict(self.steps.iter().copied(), &telemetry.sensors);
         } else {
@@ -339,8 +341,7 @@ impl Tracker {
         let memory = &mut self.memory;
         let matched = match_predicted(filter, k, keyframe, &present.camera, present.features, memory, search);
         mark(Part::Pose);
-        let Gated { comparisons, .. } = matched?;
-        let min_inliers = MIN_INLIERS + comparisons / COMPARISONS_PER_INLIER;
+        let min_inliers = MIN_INLIERS + matched? / COMPARISONS_PER_INLIER;
         self.fit(k, present, min_inliers, fit).ok()
     }
 
@@ -422,7 +423,8 @@ impl Tracker {
     fn views(&self, k: usize, camera: &Camera) -> Option<[View; 2]> {
         let filter = &self.filter;
         let then = filter.keyframe(k)?;
-        let view = |camera, rotation: &Matrix3<f64>, z: f64| View::at_height(camera, attitude(rotation), -z).ok();
+        let view =
+            |camera, rotation: &Matrix3<f64>, z: f64| View::at_height(camera, Attitude::of_rotation(rotation), -z).ok();
         Some([
             view(self.keyframes[k].camera, &then.rotation, then.position.z)?,
             view(*camera, &filter.pose.rotation, filter.pose.position.z)?,
@@ -466,7 +468,7 @@ impl Tracker {
             return Err(Reason::Uncertain(sigma));
         }
         let protection = (PROTECTION_SIGMAS * sigma + PROTECTION_SCALE * moved.xy().norm()).max(MIN_PROTECTION_LEVEL_M);
-        let attitude = attitude(&filter.pose.rotation);
+        let attitude = Attitude::of_rotation(&filter.pose.rotation);
         Ok(Estimate {
             x_e_m: moved.x,
             y_e_m: moved.y,
@@ -523,15 +525,6 @@ impl Tracker {
     }
 }
 
-/// Returns roll, pitch and yaw of a rotation, rad.
-fn attitude(rotation: &Matrix3<f64>) -> Attitude {
-    Attitude {
-        roll: libm::atan2(-rotation[(2, 0)], rotation[(2, 2)]),
-        pitch: libm::asin((-rotation[(2, 1)]).clamp(-1.0, 1.0)),
-        yaw: libm::atan2(-rotation[(0, 1)], rotation[(1, 1)]),
-    }
-}
-
 /// Returns the homography from pixels of the keyframe to pixels of the current view, for a camera that has moved by
 /// `displacement` (m) over level ground.
 fn ground_homography(reference: &View, current: &View, displacement: Vector2<f64>) -> Matrix3<f64> {
@@ -540,13 +533,12 @@ fn ground_homography(reference: &View, current: &View, displacement: Vector2<f64
 
 /// Returns the fraction of a picture that `homography` maps into another of the same size.
 fn overlap(homography: &Matrix3<f64>, camera: &Camera) -> f64 {
-    let matrix = camera.matrix();
-    let (right, bottom) = (2.0 * matrix[(0, 2)], 2.0 * matrix[(1, 2)]);
+    let last = camera.last_pixel();
     let place = |i: u32, n: u32, side: f64| side * (f64::from(i) + 0.5) / f64::from(n);
-    let inside = |p: Vector2<f64>| (0.0..=right).contains(&p.x) && (0.0..=bottom).contains(&p.y);
+    let inside = |p: Vector2<f64>| (0.0..=last.x).contains(&p.x) && (0.0..=last.y).contains(&p.y);
     let points = (0..OVERLAP_GRID.1).flat_map(|y| (0..OVERLAP_GRID.0).map(move |x| (x, y)));
     let seen = points.filter(|&(x, y)| {
-        let point = Vector2::new(place(x, OVERLAP_GRID.0, right), place(y, OVERLAP_GRID.1, bottom));
+        let point = Vector2::new(place(x, OVERLAP_GRID.0, last.x), place(y, OVERLAP_GRID.1, last.y));
         transfer(homography, point).is_some_and(inside)
     });
     seen.count() as f64 / f64::from(OVERLAP_GRID.0 * OVERLAP_GRID.1)

@@ -130,11 +130,7 @@ impl Aircraft {
     /// Returns position and attitude of the camera.
     pub fn camera(&self, state: &State) -> Pose {
         let rotation = Self::to_world(state) * self.mount;
-        // The inverse of `Attitude::rotation`: its bottom row is (-sin roll cos pitch, -sin pitch, cos roll cos pitch).
-        let roll = libm::atan2(-rotation[(2, 0)], rotation[(2, 2)]);
-        let pitch = -libm::asin(rotation[(2, 1)].clamp(-1.0, 1.0));
-        let yaw = libm::atan2(-rotation[(0, 1)], rotation[(1, 1)]);
-        Pose { position: state.fixed_rows::<3>(0).into(), attitude: Attitude { roll, pitch, yaw } }
+        Pose { position: state.fixed_rows::<3>(0).into(), attitude: Attitude::of_rotation(&rotation) }
     }
 
     /// Returns the velocity over the ground in the world, m/s.

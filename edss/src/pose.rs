@@ -36,13 +36,7 @@ impl Pose {
     /// (rad/s). Exact to second order in the angle of rotation.
     pub fn moved(&self, velocity: &Vector3<f64>, rates: &Vector3<f64>, seconds: f64) -> Self {
         let turn = self.attitude.rotation() * (Matrix3::identity() + rates.cross_matrix() * seconds);
-        // R e_y = R_yaw (0, cos pitch, -sin pitch); the last row of R is (-cos pitch sin roll, -sin pitch, ..).
-        let attitude = Attitude {
-            roll: libm::atan2(-turn[(2, 0)], turn[(2, 2)]),
-            pitch: libm::asin((-turn[(2, 1)]).clamp(-1.0, 1.0)),
-            yaw: libm::atan2(-turn[(0, 1)], turn[(1, 1)]),
-        };
-        Self { position: self.position + velocity * seconds, attitude }
+        Self { position: self.position + velocity * seconds, attitude: Attitude::of_rotation(&turn) }
     }
 }
 

@@ -82,6 +82,16 @@ impl Camera {
         self.focal
     }
 
+    /// Returns the pixel on the optical axis.
+    pub fn principal(&self) -> Vector2<f64> {
+        self.principal
+    }
+
+    /// Returns last column and last row of a picture that has the optical axis at its centre, px.
+    pub fn last_pixel(&self) -> Vector2<f64> {
+        self.principal * 2.0
+    }
+
     /// Returns `K`, from direction in the camera frame to pixel.
     pub fn matrix(&self) -> Matrix3<f64> {
         let (f, c) = (self.focal, self.principal);
@@ -116,6 +126,16 @@ impl Attitude {
             Matrix3::new(1.0, 0.0, 0.0, 0.0, cp, sp, 0.0, -sp, cp),
             Matrix3::new(cy, -sy, 0.0, sy, cy, 0.0, 0.0, 0.0, 1.0),
         ]
+    }
+
+    /// Returns the attitude with the rotation `R`, for roll and pitch below a quarter turn.
+    pub fn of_rotation(rotation: &Matrix3<f64>) -> Self {
+        // R e_y = R_yaw (0, cos pitch, -sin pitch); the last row of R is (-cos pitch sin roll, -sin pitch, ..).
+        Self {
+            roll: libm::atan2(-rotation[(2, 0)], rotation[(2, 2)]),
+            pitch: libm::asin((-rotation[(2, 1)]).clamp(-1.0, 1.0)),
+            yaw: libm::atan2(-rotation[(0, 1)], rotation[(1, 1)]),
+        }
     }
 
     /// Returns `R`, from direction in the camera frame to direction in the level frame.
