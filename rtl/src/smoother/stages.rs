@@ -11,8 +11,8 @@ use crate::cells::{
     lerp::Lerp,
 };
 
-/// `y[r] = lerp(p = u[min(r + 2^j, H-1)], q = u[r], g_j)`: `column_look_ahead_j`, for any `j`. The line memory is
-/// outside.
+/// `y[r] = lerp(p = u[min(r + 2^j, H-1)], q = u[r], g_j)`: `column_look_ahead_j`, for any `j`. The line memory
+/// is no part of it.
 #[derive(LogicBlock, Default)]
 pub struct ColumnLookAhead {
     /// Clock: registers sample at its rising edge.

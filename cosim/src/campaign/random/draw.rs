@@ -26,7 +26,7 @@ enum Part {
     Scene,
     /// Tables of the scene.
     Object,
-    /// Events.
+    /// Tables of events: faults and commands.
     Event,
 }
 

@@ -12,7 +12,7 @@ use crate::chain::FeatureSource;
 use crate::hover::{HoverOutcome, HoverSettings, Row, hover};
 use crate::monitor::{BoxError, Monitor};
 
-/// Smallest error and protection level that the table tells apart, m.
+/// Smallest error and protection level with a cell of its own in the table, m.
 const MIN_CELL_M: f64 = 1e-3;
 /// Cells of the table for a factor of ten.
 const CELLS_PER_DECADE: f64 = 10.0;
