@@ -65,15 +65,17 @@ lints:
 	cargo fmt --all -- --check
 	setup/line_length.sh
 	setup/results.py check
+	setup/requirements.py check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --quiet --workspace --no-deps --locked
 
 arm-where-possible:
 	@if setup/arm.sh >/dev/null; then $(MAKE) --no-print-directory arm; else echo "SKIPPED: the ARM binary: its compiler is not available"; fi
 
-## write the measured numbers of docs/results.json into the documents
+## write the measured numbers of docs/results.json, and the requirements, into the documents
 results:
 	setup/results.py render
+	setup/requirements.py render
 
 ## the tests that take longer: 90 minutes
 # 10 000 frames in random sequences against the model, half an hour on two cores; every width with every height, two minutes; 20
