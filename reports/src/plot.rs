@@ -13,6 +13,9 @@ use serde::Serialize;
 
 use crate::colour::Rgb;
 
+/// Largest power of ten of a value on an axis, of either sign. Labels of larger ones would not fit.
+const MAX_EXPONENT: f64 = 30.0;
+
 /// Text and axes.
 pub const INK: Rgb = [38, 50, 64];
 /// Colour of secondary data.
@@ -53,9 +56,10 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// Creates a linear axis with ticks at round numbers.
+    /// Creates a linear axis with ticks at round numbers. A range with an end that is not finite becomes 0 to 1; one of
+    /// no length is widened.
     pub fn linear(label: impl Into<String>, from: f64, to: f64) -> Self {
-        let (from, to) = if to > from { (from, to) } else { (from - 0.5, from + 0.5) };
+        let (from, to) = drawable(from, to);
         let step = round_step((to - from) / 5.0);
         let first = (from / step - 1e-9).ceil() as i64;
         let last = (to / step + 1e-9).floor() as i64;
@@ -65,15 +69,21 @@ impl Axis {
         Self { label: label.into(), from, to, log: false, named: false, ticks }
     }
 
-    /// Creates a linear axis with the given ticks.
+    /// Creates a linear axis with the given ticks. The range is replaced as in [`Axis::linear`].
     pub fn ticked(label: impl Into<String>, from: f64, to: f64, ticks: Vec<(f64, String)>) -> Self {
+        let (from, to) = drawable(from, to);
         Self { label: label.into(), from, to, log: false, named: true, ticks }
     }
 
     /// Creates a logarithmic axis between two positive numbers, with ticks at the decades, and at 2 and 5 times a
-    /// decade on a short axis.
+    /// decade on a short axis. Ends that are not positive or not finite become those of 0.1 to 10.
     pub fn log(label: impl Into<String>, from: f64, to: f64) -> Self {
-        let (from, to) = (from.log10(), to.log10().max(from.log10() + 0.1));
+        let exponent = |value: f64, otherwise: f64| {
+            let drawn = value > 0.0 && value.is_finite();
+            if drawn { value.log10().clamp(-MAX_EXPONENT, MAX_EXPONENT) } else { otherwise }
+        };
+        let from = exponent(from, -1.0);
+        let to = exponent(to, 1.0).max(from + 0.1);
         let steps: &[f64] = if to - from > 2.5 { &[1.0] } else { &[1.0, 2.0, 5.0] };
         let decades = from.floor() as i32..=to.ceil() as i32;
         let ticks = decades
@@ -106,7 +116,8 @@ impl Ranged for Axis {
     type ValueType = f64;
 
     fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
-        let part = (value - self.from) / (self.to - self.from);
+        // A bar may reach beyond the ends; one length of the axis is outside of the picture.
+        let part = ((value - self.from) / (self.to - self.from)).clamp(-1.0, 2.0);
         limit.0 + (part * f64::from(limit.1 - limit.0)).round() as i32
     }
 
@@ -124,6 +135,22 @@ impl ValueFormatter<f64> for Axis {
         let tick = self.ticks.iter().find(|tick| tick.0 == *value);
         tick.map(|tick| tick.1.clone()).unwrap_or_default()
     }
+}
+
+/// Returns a range that an axis can have: two finite numbers with a distance that `f64` resolves. The range of no
+/// values has infinite ends, and becomes 0 to 1; that of equal values has no length, and is widened.
+fn drawable(from: f64, to: f64) -> (f64, f64) {
+    if !from.is_finite() || !to.is_finite() {
+        return (0.0, 1.0);
+    }
+    let most = 10f64.powf(MAX_EXPONENT);
+    let (from, to) = (from.clamp(-most, most), to.clamp(-most, most));
+    let magnitude = from.abs().max(to.abs());
+    if to - from > (1e-9 * magnitude).max(1.0 / most) {
+        return (from, to);
+    }
+    let half = (1e-6 * magnitude).max(0.5);
+    (from - half, from + half)
 }
 
 /// Returns 1, 2 or 5 times a power of ten, at least `step`.
@@ -202,6 +229,14 @@ pub enum Rule {
     Limit(f64, String),
     /// The chosen value at this `x`, with its label.
     Choice(f64, String),
+}
+
+impl Rule {
+    /// Returns the position of the line on its axis.
+    fn value(&self) -> f64 {
+        let (Self::Limit(value, _) | Self::Choice(value, _)) = self;
+        *value
+    }
 }
 
 /// A plot.
@@ -332,7 +367,7 @@ impl Chart {
             .label_style(text(14, INK))
             .axis_desc_style(text(14, INK))
             .draw()?;
-        for rule in &self.rules {
+        for rule in self.rules.iter().filter(|rule| !rule.value().is_nan()) {
             let (line, at, name, colour, pos) = match rule {
                 Rule::Limit(y, name) => {
                     let y = self.y.position(*y);
@@ -352,7 +387,9 @@ impl Chart {
         }
         for (series, dash) in self.series.iter().zip(self.dashes()) {
             let colour = rgb(series.colour);
-            let points = || series.points.iter().map(|&(x, y)| (self.x.position(x), self.y.position(y)));
+            // NaN means that nothing was measured there, and has no place on an axis.
+            let measured = || series.points.iter().filter(|(x, y)| !x.is_nan() && !y.is_nan());
+            let points = || measured().map(|&(x, y)| (self.x.position(x), self.y.position(y)));
             match series.mark {
                 Mark::Line | Mark::LineDots => {
                     let style = colour.stroke_width(2);
@@ -496,6 +533,63 @@ mod tests {
         assert_eq!(labels(&Axis::log("", 0.01, 100.0)), ["0.01", "0.1", "1", "10", "100"]);
         assert_eq!(labels(&Axis::log("", 80.0, 1000.0)), ["100", "200", "500", "1000"]);
         assert!(!labels(&Axis::linear("", 3.0, 3.0)).is_empty());
+    }
+
+    /// The ends of an axis are computed from what was measured, which may be nothing, one value or any other.
+    #[test]
+    fn any_range_and_any_point_can_be_drawn() {
+        let values = [
+            f64::NAN,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            f64::MAX,
+            f64::MIN,
+            f64::MIN_POSITIVE,
+            5e-324,
+            -1.0,
+            0.0,
+            1.0,
+            1.0 + f64::EPSILON,
+            1e16,
+        ];
+        let marks = [
+            Mark::Line,
+            Mark::LineDots,
+            Mark::Dots(3),
+            Mark::Crosses(3),
+            Mark::Ring(3),
+            Mark::Bars(1.0),
+            Mark::Columns { from: f64::MIN, width: f64::MAX },
+        ];
+        let points: Vec<(f64, f64)> = values.iter().flat_map(|&x| values.map(|y| (x, y))).collect();
+        let series = |mark| Series { name: "s".into(), colour: BLUE, mark, points: points.clone() };
+        let rules = || values.iter().flat_map(|&at| [Rule::Limit(at, "l".into()), Rule::Choice(at, "c".into())]);
+        for (from, to) in points.iter().copied() {
+            let ticked = Axis::ticked("", from, to, vec![(from, "from".into()), (to, "to".into())]);
+            for axis in [Axis::linear("", from, to), Axis::log("", from, to), ticked] {
+                assert!(axis.from.is_finite() && axis.to.is_finite() && axis.from < axis.to, "{from} {to}: {axis:?}");
+                assert!(axis.ticks.len() < 80 && labels(&axis).iter().all(|label| label.len() < 60), "{axis:?}");
+                let (title, size) = (format!("{from} {to}"), (320, 200));
+                let (x, y) = (axis.clone(), axis);
+                let chart = Chart { title, size, x, y, series: marks.map(series).into(), rules: rules().collect() };
+                chart.svg().unwrap();
+            }
+        }
+    }
+
+    #[test]
+    fn what_was_not_measured_is_not_drawn() {
+        let points = vec![(f64::NAN, 1.0), (1.0, f64::NAN), (1.0, 1.0)];
+        let chart = Chart {
+            title: String::new(),
+            size: (320, 200),
+            x: Axis::linear("", 0.0, 2.0),
+            y: Axis::log("", 0.1, 10.0),
+            series: vec![Series { name: String::new(), colour: BLUE, mark: Mark::Dots(3), points }],
+            rules: vec![Rule::Choice(f64::NAN, "unknown".into())],
+        };
+        let svg = chart.svg().unwrap();
+        assert!(svg.matches("<circle").count() == 1 && !svg.contains("unknown"), "{svg}");
     }
 
     #[test]
