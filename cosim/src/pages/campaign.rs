@@ -111,7 +111,7 @@ fn front(designs: &[DesignStatistics]) -> Result<String, PlotError> {
     let all = || designs.iter().filter_map(|design| Some((design.m10k as f64, 100.0 * design.error_rms_m?)));
     let most = all().map(|point| point.1).fold(1.0, f64::max);
     let (low, high) =
-        all().map(|point| point.0).fold((f64::MAX, 0.0), |(low, high): (f64, f64), v| (low.min(v), high.max(v)));
+        all().map(|point| point.0).fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), v| (low.min(v), high.max(v)));
     let line = |name: &str, colour, mark, points| Series { name: name.into(), colour, mark, points };
     Chart {
         title: "Error of the estimate, cm, against memory".into(),

@@ -219,7 +219,8 @@ fn tilt(hover: &Hover) -> Result<String, PlotError> {
 
 fn height(hover: &Hover) -> Result<String, PlotError> {
     let height = over_time(hover, |frame| Some(frame.truth[2]));
-    let (low, high) = height.iter().fold((f64::MAX, f64::MIN), |(low, high), (_, v)| (low.min(*v), high.max(*v)));
+    let (low, high) =
+        height.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (_, v)| (low.min(*v), high.max(*v)));
     let series = vec![line("", ORANGE, Mark::Line, height)];
     chart(hover, "Height over the mean ground, m", Axis::linear("", low - 1.0, high + 1.0), series, Vec::new())
 }
