@@ -60,11 +60,6 @@ impl Chosen {
         Ok(design)
     }
 
-    /// Returns `true` if `--config` changes the design.
-    pub fn is_changed(&self) -> bool {
-        !self.config.is_empty()
-    }
-
     /// Returns the options that choose the design again.
     pub fn options(&self) -> String {
         let design = self.design.iter().map(|design| format!(" --design {}", quoted(Path::new(design))));

@@ -14,6 +14,7 @@ use hoverlock_fixed_point::analysis::levels::Levels;
 use hoverlock_pictures::folder::expand;
 use hoverlock_reports::output::PAGE;
 use hoverlock_reports::provenance::COMMIT;
+use hoverlock_reports::study::Unjudged;
 use hoverlock_synthesis::smallest_device;
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -87,7 +88,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let design = args.chosen.design()?;
     Levels::new(&design)?;
     design.check_buildable()?;
-    let subjects = subjects(&expand(&args.images)?, &design, &args.limit)?;
+    let (subjects, unfit) = subjects(&expand(&args.images)?, &design, &args.limit)?;
     let folder = Folder::new(&args.out)?;
     let path = args.out.join(RESULTS);
     let known = results::read(&path)?;
@@ -119,8 +120,20 @@ pub fn run(args: &Args) -> Result<Verdict> {
         unbuildable: &unbuildable,
         build: &build(),
     };
-    let found = hoverlock_explore::run::<anyhow::Error>(&task, &known, &mut keep, &report)?;
+    let found = hoverlock_explore::run::<anyhow::Error>(&task, &known, &mut keep, &report);
     bar.finish_and_clear();
+    let mut found = found.map_err(|error| match error.downcast::<Unjudged>() {
+        Ok(Unjudged(others)) => {
+            // Nothing that was measured is of use, unless an earlier search of other pictures wrote it.
+            if known.is_empty() {
+                let _ = fs::remove_file(&path);
+            }
+            Unjudged(unfit.iter().cloned().chain(others).collect()).into()
+        }
+        Err(error) => error,
+    })?;
+    found.unfit.extend(unfit);
+    found.unfit.iter().for_each(|unfit| say(&unfit.to_string()));
     let command = command();
     let json = output::json(&found, &command).context("the search cannot be written as JSON")?;
     write(&args.out, &found, &command, &json)?;

@@ -49,7 +49,7 @@ pub fn begin() {
 
 /// Ends the programs that this process started, and those that they started: compilers, Verilator, solvers. A shell
 /// sends SIGINT to all of them, but `kill` and job control reach the command alone.
-fn end_descendants() {
+pub fn end_descendants() {
     let parents: Vec<(i32, i32)> =
         fs::read_dir("/proc").into_iter().flatten().flatten().filter_map(|entry| parent(&entry.path())).collect();
     let mut found = vec![std::process::id() as i32];

@@ -22,6 +22,12 @@ pub struct Limit {
 }
 
 impl Limit {
+    /// Returns the option that sets the limit again; nothing if it is the default.
+    pub fn option(&self) -> String {
+        let changed = self.max_megapixels != DEFAULT_MAX_MEGAPIXELS;
+        if changed { format!(" --max-megapixels {}", self.max_megapixels) } else { String::new() }
+    }
+
     /// Returns the limits on the size of a picture.
     pub fn limits(&self) -> Limits {
         Limits::from_megapixels(self.max_megapixels)

@@ -6,16 +6,18 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::analysis::levels::Levels;
+use hoverlock_pictures::PictureError;
 use hoverlock_pictures::folder::expand;
 use hoverlock_reports::baseline::{self, Baseline, Kind};
 use hoverlock_reports::hardware::StepResult;
 use hoverlock_reports::output;
-use hoverlock_reports::study::{self, BoundRow, MIN_SIDE, Study, Subject};
+use hoverlock_reports::study::{self, BoundRow, Commands, MIN_SIDE, Study, Subject, Unfit, Unjudged};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::Verdict;
 use crate::design::Chosen;
-use crate::output::{Folder, command, print, say, shown, verdict, write_file};
+use crate::interrupt::end_descendants;
+use crate::output::{Folder, command, print, quoted, say, shown, verdict, write_file};
 use crate::picture::{Limit, open};
 use crate::rtl_level;
 
@@ -52,12 +54,12 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let design = args.chosen.design()?;
     // A design without valid coefficients is refused before anything is written.
     Levels::new(&design)?;
-    let subjects = subjects(&expand(&args.images)?, &design, &args.limit)?;
+    let (subjects, unfit) = subjects(&expand(&args.images)?, &design, &args.limit)?;
     // The baseline is read first, because this report may replace its file.
     let baseline = args.baseline.as_deref().map(earlier).transpose()?;
     let folder = Folder::new(&args.out)?;
     output::prepare(&args.out)?;
-    let hardware = rtl_level::prepare(&design, args.chosen.is_changed());
+    let hardware = rtl_level::prepare(&design);
     // `rtl` adds a step for each picture, and one to wait for its tools.
     let bar = ProgressBar::new(study::steps(subjects.len(), &design) + subjects.len() as u64 + 1);
     if let Ok(style) = ProgressStyle::with_template("{bar:32} {percent:>3} %  {elapsed}  {msg}") {
@@ -67,7 +69,14 @@ pub fn run(args: &Args) -> Result<Verdict> {
         bar.set_message(what.to_owned());
         bar.inc(1);
     };
-    let study = study::run(&subjects, &design, &command(), &step)?;
+    let commands = Commands { typed: &command(), changed: &|changes| args.with_changes(changes) };
+    let mut study = study::run(&subjects, &design, &commands, &step)?;
+    study.unfit.extend(unfit);
+    if !study.bounds.iter().any(|row| row.picture.is_some()) {
+        bar.finish_and_clear();
+        end_descendants();
+        bail!(Unjudged(study.unfit));
+    }
     let study = hardware.finish(study, &subjects, &step)?;
     bar.finish_and_clear();
     output::write(&study, &args.out)?;
@@ -91,7 +100,8 @@ pub fn run(args: &Args) -> Result<Verdict> {
             _ => {}
         }
     }
-    for row in study.bounds.iter().filter(|row| !row.check.pass) {
+    study.unfit.iter().for_each(|unfit| say(&unfit.to_string()));
+    for row in study.failures() {
         say(&format!("bound fails: {}", failure(row)));
     }
     if args.json {
@@ -119,8 +129,22 @@ fn earlier(path: &Path) -> Result<Baseline> {
     Baseline::parse(&text).with_context(|| format!("--baseline {name}: not the report.json of a report"))
 }
 
+impl Args {
+    /// Returns the command that makes this report with some changes of the design, in a folder of its own.
+    fn with_changes(&self, changes: &[String]) -> String {
+        let images: String = self.images.iter().map(|image| format!(" {}", quoted(image))).collect();
+        let changed: String = changes.iter().map(|change| format!(" --config {}", quoted(Path::new(change)))).collect();
+        let name = changes.join("_").replace(|char: char| !char.is_ascii_alphanumeric(), "_");
+        let mut out = self.out.clone().into_os_string();
+        out.push(format!("-{name}"));
+        let (options, limit, out) = (self.chosen.options(), self.limit.option(), quoted(Path::new(&out)));
+        format!("hoverlock report{images}{options}{changed}{limit} --out {out}")
+    }
+}
+
 /// Opens all pictures before the measurement begins, crops each to the frame of the design, and gives it a unique name.
-pub fn subjects(paths: &[PathBuf], design: &DesignPoint, limit: &Limit) -> Result<Vec<Subject>> {
+/// Of several pictures, those without contrast and those that are too small are returned as unfit; at least one is not.
+pub fn subjects(paths: &[PathBuf], design: &DesignPoint, limit: &Limit) -> Result<(Vec<Subject>, Vec<Unfit>)> {
     let (width, height) = (design.width as usize, design.height as usize);
     if width < MIN_SIDE || height < MIN_SIDE {
         bail!(
@@ -129,9 +153,15 @@ pub fn subjects(paths: &[PathBuf], design: &DesignPoint, limit: &Limit) -> Resul
         );
     }
     let mut names: BTreeMap<String, usize> = BTreeMap::new();
-    let mut subjects = Vec::new();
+    let (mut subjects, mut unfit) = (Vec::new(), Vec::new());
     for path in paths {
-        let picture = open(path, limit, MIN_SIDE, Some((width, height)))?;
+        let picture = match open(path, limit, MIN_SIDE, Some((width, height))) {
+            Err(error) if paths.len() > 1 && is_unfit(&error) => {
+                unfit.push(Unfit { picture: shown(path), condition: None, reason: reason(&error, path) });
+                continue;
+            }
+            opened => opened?,
+        };
         let frame = picture.crop(width, height);
         let stem = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
         let seen = names.entry(stem.clone()).or_default();
@@ -139,7 +169,22 @@ pub fn subjects(paths: &[PathBuf], design: &DesignPoint, limit: &Limit) -> Resul
         let name = if *seen == 1 { stem } else { format!("{stem} ({seen})") };
         subjects.push(Subject { name, frame: frame.luma, picture: picture.luma });
     }
-    Ok(subjects)
+    if subjects.is_empty() {
+        bail!(Unjudged(unfit));
+    }
+    Ok((subjects, unfit))
+}
+
+/// Returns `true` if the picture is a good file that no design can be judged by.
+fn is_unfit(error: &anyhow::Error) -> bool {
+    let kind = error.downcast_ref::<PictureError>();
+    matches!(kind, Some(PictureError::NoContrast { .. } | PictureError::TooSmall { .. }))
+}
+
+/// Returns the message of an error without the path that it begins with.
+fn reason(error: &anyhow::Error, path: &Path) -> String {
+    let text = error.to_string();
+    text.strip_prefix(&format!("{}: ", path.display())).unwrap_or(&text).to_owned()
 }
 
 fn failure(row: &BoundRow) -> String {

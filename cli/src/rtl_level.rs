@@ -30,15 +30,10 @@ struct Tools {
     estimate: StepResult<ResourceEstimate>,
 }
 
-/// Begins to build the model and to run Yosys. A design that is `changed` by single keys is not emitted, because its
-/// emitter would take a minute to compile.
-pub fn prepare(design: &DesignPoint, changed: bool) -> Preparation {
+/// Begins to build the model and to run Yosys.
+pub fn prepare(design: &DesignPoint) -> Preparation {
     let design = design.clone();
     Preparation(spawn(move || {
-        if changed {
-            let reason = "the Verilog is emitted for a whole design; write this one to a file and give it by --design";
-            return Tools { simulator: StepResult::not_run(reason), estimate: StepResult::not_run(reason) };
-        }
         let simulator = match Simulator::of_design(&design, None, Trace::None) {
             Ok(simulator) => StepResult::Run { result: simulator },
             Err(error) => StepResult::not_run(message(&error.into())),

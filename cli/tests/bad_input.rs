@@ -94,6 +94,9 @@ const BAD_PICTURES: [&str; 9] = [
     "strip.png",
 ];
 
+/// Those among them that are good files. Among several pictures they are listed and judge nothing.
+const UNFIT_PICTURES: [&str; 3] = ["one.png", "constant.png", "strip.png"];
+
 /// A folder that cannot be made, because a file stands where its parent would be.
 fn unwritable(pictures: &Pictures) -> String {
     PathBuf::from(pictures.path("gray.png")).join("out").display().to_string()
@@ -140,11 +143,33 @@ fn report_refuses_bad_pictures_and_leaves_nothing_behind() {
     let out = pictures.path("out");
     for name in BAD_PICTURES {
         assert_refused(&["report", &pictures.path(name), "--out", &out], name);
-        assert_refused(&["report", &pictures.path("gray.png"), &pictures.path(name), "--out", &out], name);
+        if !UNFIT_PICTURES.contains(&name) {
+            assert_refused(&["report", &pictures.path("gray.png"), &pictures.path(name), "--out", &out], name);
+        }
+        assert!(!Path::new(&out).exists(), "{name} left {out} behind");
+    }
+    let unfit = UNFIT_PICTURES.map(|name| pictures.path(name));
+    for name in UNFIT_PICTURES {
+        assert_refused(&["report", &unfit[0], &unfit[1], &unfit[2], "--out", &out], &format!("{name}: unfit"));
         assert!(!Path::new(&out).exists(), "{name} left {out} behind");
     }
     assert_refused(&["report", &pictures.path("gray.png"), "--out", &unwritable(&pictures)], "gray.png/out");
     assert_refused(&["report"], "");
+}
+
+#[test]
+fn report_lists_unfit_pictures_beside_one_that_is_fit() {
+    let pictures = Pictures::new();
+    let [gray, out] = [pictures.path("gray.png"), pictures.path("out")];
+    let unfit = UNFIT_PICTURES.map(|name| pictures.path(name));
+    let answer = assert_answered(&["report", &unfit[0], &unfit[1], &gray, &unfit[2], "--json", "--out", &out]);
+    let judged = |row: &serde_json::Value| row["picture"].is_null() || row["picture"] == "gray";
+    assert!(answer["bounds"].as_array().unwrap().iter().all(judged), "{answer}");
+    for (name, reason) in UNFIT_PICTURES.into_iter().zip(["79 x 79", "every pixel", "79 x 79"]) {
+        let listed = answer["unfit"].as_array().unwrap().iter();
+        let of: Vec<_> = listed.filter(|unfit| unfit["picture"].as_str().unwrap().ends_with(name)).collect();
+        assert!(of.len() == 1 && of[0]["reason"].as_str().unwrap().contains(reason), "{name}: {of:?}");
+    }
 }
 
 #[test]

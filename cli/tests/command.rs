@@ -79,7 +79,7 @@ fn tool(folder: &Path, name: &str, script: &str) -> PathBuf {
 fn names_that_are_no_utf8_work_in_json() {
     let folder = tempfile::tempdir().unwrap();
     let odd = |name: &[u8]| folder.path().join(OsStr::from_bytes(name));
-    let picture = saved(folder.path(), OsStr::from_bytes(b"a\xffb.png"), 120, 100);
+    let picture = saved(folder.path(), OsStr::from_bytes(b"a\xffb.png"), 440, 400);
     let json = |args: &[&OsStr]| -> Value {
         let output = hoverlock(args);
         assert!(matches!(output.status.code(), Some(0 | 1)), "{args:?}: {}", stderr(&output));
@@ -93,7 +93,7 @@ fn names_that_are_no_utf8_work_in_json() {
     let emitted = json(&[of("rtl"), of("emit"), of("--json"), of("--out"), odd(b"rtl\xfe").as_os_str()]);
     assert!(emitted["files"].as_array().unwrap().len() > 10);
     let config = odd(b"design\xfe.toml");
-    fs::write(&config, "dog_bits = 14\n").unwrap();
+    fs::write(&config, "dog_bits = 15\n").unwrap();
     let out = odd(b"report\xfe");
     let [config, out] = [config.as_os_str(), out.as_os_str()];
     let report = json(&[of("report"), picture.as_os_str(), of("--json"), of("--out"), out, of("--config"), config]);
@@ -332,7 +332,7 @@ fn a_disk_that_fills_while_waves_are_written_is_one_line() {
 #[test]
 fn broken_tools_and_an_unusable_cache_cost_the_report_only_what_they_make() {
     let folder = tempfile::tempdir().unwrap();
-    let picture = saved(folder.path(), "a.png", 100, 90);
+    let picture = saved(folder.path(), "a.png", 440, 400);
     let tools = folder.path().join("tools");
     fs::create_dir(&tools).unwrap();
     tool(&tools, "verilator", "case $1 in --version) echo 'Verilator 5.006 2023-01-22';; esac");
@@ -381,15 +381,17 @@ fn a_yosys_that_prints_anything_but_its_version_is_said_to_be_none() {
 #[test]
 fn the_width_of_a_configuration_is_what_is_measured() {
     let folder = tempfile::tempdir().unwrap();
-    let picture = saved(folder.path(), "a.png", 320, 240);
+    let picture = saved(folder.path(), "a.png", 520, 420);
     let out = folder.path().join("out");
     let args = ["report", picture.to_str().unwrap(), "--json", "--out", out.to_str().unwrap()];
-    let output = hoverlock(&[&args[..], &["--config", "width=200", "--config", "height=101"]].concat());
+    let sized = [&args[..], &["--config", "width=440", "--config", "height=401"]].concat();
+    // Without tools in reach, so that the design is not emitted.
+    let output = command(&sized).env("PATH", folder.path()).output().unwrap();
     let said = stderr(&output);
-    assert!(said.contains("taking its centre 200x101 at (60, 69)"), "{said}");
+    assert!(said.contains("taking its centre 440x401 at (40, 9)"), "{said}");
     let report: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(report["pictures"][0]["frame"], serde_json::json!([200, 101]));
-    assert_eq!(report["pictures"][0]["whole"], serde_json::json!([320, 240]));
+    assert_eq!(report["pictures"][0]["frame"], serde_json::json!([440, 401]));
+    assert_eq!(report["pictures"][0]["whole"], serde_json::json!([520, 420]));
     let said = refusal(&[&args[..], &["--config", "width=78"]].concat());
     assert!(said.contains("at least 79 x 79, not 78 x 768"), "{said}");
 }

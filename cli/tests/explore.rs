@@ -72,16 +72,34 @@ fn the_best_design_is_a_design_file_and_a_second_run_measures_nothing() {
 }
 
 #[test]
-fn no_design_passes_on_a_picture_without_features() {
+fn a_picture_without_features_judges_no_design() {
     let folder = tempfile::tempdir().unwrap();
     let plain = ImageBuffer::from_fn(90, 80, |x, y| Luma([(x * x / 7 + y * y / 5 + x * y / 3) as u8]));
-    let picture = saved(folder.path(), "plain.png", &plain);
+    let plain = saved(folder.path(), "plain.png", &plain);
+    let flat = saved(folder.path(), "flat.png", &GrayImage::from_pixel(90, 80, Luma([7])));
+    let good = saved(folder.path(), "good.png", &blobs(440, 400));
     let out = folder.path().join("out");
-    let output = explore(&[&picture, "--out", out.to_str().unwrap(), "--json"]);
-    assert_eq!(output.status.code(), Some(1), "{}", String::from_utf8_lossy(&output.stderr));
-    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert!(json["best"].is_null() && json["pass"] == false && !out.join("best.toml").exists());
-    assert!(json["points"].as_array().unwrap().iter().all(|point| point["pass"] == false));
+    let run = |pictures: &[&str]| {
+        let output = explore(&[pictures, &["--out", out.to_str().unwrap(), "--json", "--budget", "1"]].concat());
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned(), output.stdout)
+    };
+    // Without any that does, there is no search: one line says why, and nothing is left.
+    for pictures in [&[&*plain][..], &[&flat, &plain]] {
+        let (status, said, stdout) = run(pictures);
+        assert_eq!((status, said.trim_end().lines().count()), (Some(2), 1), "{said}");
+        assert!(said.contains("no picture can judge the design: ") && said.contains("plain, nominal: unfit"), "{said}");
+        assert_eq!(said.contains("flat.png: unfit"), pictures.len() == 2, "{said}");
+        assert!(stdout.is_empty() && !out.exists(), "{said}");
+    }
+    // Beside one that does, it is listed.
+    let (status, said, stdout) = run(&[&flat, &plain, &good]);
+    assert_eq!(status, Some(0), "{said}");
+    let json: Value = serde_json::from_slice(&stdout).unwrap();
+    let unfit = json["unfit"].as_array().unwrap();
+    let lists = |name: &str| unfit.iter().any(|unfit| unfit["picture"].as_str().unwrap().ends_with(name));
+    assert!(lists("plain") && lists("flat.png") && !lists("good"), "{unfit:?}");
+    assert!(said.contains("flat.png: unfit") && said.contains("plain, nominal: unfit"), "{said}");
+    assert!(fs::read_to_string(out.join("index.html")).unwrap().contains("<li>plain, nominal: streaming has "));
 }
 
 #[test]

@@ -44,6 +44,13 @@ impl DesignPoint {
         self.changed(&Table::from_iter([(key.to_owned(), value)]))
     }
 
+    /// Returns the changes that make this design of `base`, as [`DesignPoint::with_override`] takes them one after the
+    /// other.
+    pub fn changes_of(&self, base: &Self) -> Vec<String> {
+        let differs = |key: &&Key| key.value(self) != key.value(base);
+        KEYS.iter().filter(differs).map(|key| format!("{}={}", key.name, key.value(self))).collect()
+    }
+
     fn changed(&self, table: &Table) -> Result<Self, DesignError> {
         if let Some(key) = table.keys().find(|key| Key::named(key).is_none()) {
             return Err(DesignError::UnknownKey { key: key.clone() });

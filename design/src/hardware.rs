@@ -47,7 +47,7 @@ pub(crate) static CONSTRAINTS: [Constraint; 10] = [
     Constraint {
         key: "look_ahead",
         holds: |design| design.look_ahead.is_sorted(),
-        reason: "the pixels of a smoother are delayed to align it with the wider ones, so none may look further ahead",
+        reason: "the pixels of a smoother are delayed to align it with the wider ones: it may not look further ahead",
     },
     Constraint {
         key: "dog_bits",
@@ -109,7 +109,7 @@ mod tests {
             ("state=u16.3", "at most 18 bits"),
             ("coefficient=u0.17", "at most 16"),
             ("look_ahead=[5, 5, 7]", "2 to 6 stages"),
-            ("look_ahead=[5, 6, 5]", "none may look further"),
+            ("look_ahead=[5, 6, 5]", "it may not look further"),
             ("dog_bits=16", "6 to 15"),
             ("state=u16.0", "finer than one of the state"),
             ("ring_radii=[8, 16]", "15 rows of a ring from 9 to 16"),

@@ -5,9 +5,9 @@
 //!
 //! - A design is measured until its first check fails. The parts of the measurement at which the base design is closest
 //!   to a limit come first.
-//! - A design with no word longer than those of a design that fails is *skipped*. Rounding errors only grow with
-//!   shorter words, but the number of features varies, so a shorter design could still pass by chance. This is an
-//!   assumption; the page names the failing design for each skipped one. The best design is always measured in full.
+//! - A design is *skipped* if another one with the same filters and no shorter state or DoG fails on a picture by at
+//!   least twice the limit. Rounding errors grow with shorter words, but not strictly: what lies nearer to the limit is
+//!   measured. The page names the failing design for each skipped one. The best design is always measured in full.
 //! - One word at a time is shortened first, because this makes most of the other designs fail unmeasured. The rest is
 //!   measured in the order of cost.
 //!
@@ -25,7 +25,7 @@ use std::time::Instant;
 use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::analysis::resources::Resources;
 use hoverlock_reports::check_outcome::CheckOutcome;
-use hoverlock_reports::study::Subject;
+use hoverlock_reports::study::{Subject, Unfit};
 use serde::Serialize;
 
 pub use measure::PartOutcome;
@@ -73,7 +73,7 @@ pub enum Status {
     Passes,
     /// The design fails a check.
     Fails,
-    /// The design was not measured because one with no shorter word fails.
+    /// The design was not measured because one with the same filters and no shorter word fails clearly.
     Skipped,
     /// The search stopped before the design was measured in full.
     Open,
@@ -134,6 +134,8 @@ pub struct Exploration {
     /// name.
     #[serde(skip)]
     pub best: Option<usize>,
+    /// Pictures, conditions and motions by which the base cannot be judged. Part of no verdict.
+    pub unfit: Vec<Unfit>,
     /// Name of each picture, and SHA-256 of the part that was measured.
     pub pictures: Vec<(String, String)>,
     /// All designs, the base first.

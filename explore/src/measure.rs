@@ -13,7 +13,7 @@ use hoverlock_fixed_point::analysis::levels::{Level, Levels};
 use hoverlock_pictures::conditions::{CONDITIONS, NOMINAL};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reports::check_outcome::CheckOutcome;
-use hoverlock_reports::study::{MOTIONS, Subject};
+use hoverlock_reports::study::{MOTIONS, Subject, Unfit};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -35,6 +35,8 @@ pub struct PartOutcome {
     pub failure: Option<CheckOutcome>,
     /// Rms of the DoG error on the worse scale, LSB of the design point `kt27`; `None` for motions.
     pub dog_rms_lsb: Option<f64>,
+    /// Why no design can be judged by this part; `None` if it can.
+    pub unfit: Option<String>,
 }
 
 impl PartOutcome {
@@ -46,7 +48,19 @@ impl PartOutcome {
             .max_by(|a, b| (!a.pass, a.used).partial_cmp(&(!b.pass, b.used)).unwrap_or(std::cmp::Ordering::Equal));
         let unmeasured = || CheckOutcome::unmeasurable("checks", format!("{place}: nothing was measured"));
         let worst = worst.unwrap_or_else(unmeasured);
-        Self { failure: if worst.pass { failure } else { failure.or(Some(worst.clone())) }, worst, dog_rms_lsb }
+        let failure = if worst.pass { failure } else { failure.or(Some(worst.clone())) };
+        Self { failure, worst, dog_rms_lsb, unfit: None }
+    }
+
+    /// Returns the outcome on a part that no design can be judged by.
+    fn unfit(place: &str, reason: String) -> Self {
+        let none = CheckOutcome::unmeasurable("unfit to judge a design", format!("{place}: {reason}"));
+        Self {
+            worst: CheckOutcome { used: 0.0, pass: true, ..none },
+            failure: None,
+            dog_rms_lsb: None,
+            unfit: Some(reason),
+        }
     }
 }
 
@@ -104,6 +118,15 @@ impl<'a> Bench<'a> {
         }
     }
 
+    /// Returns a part that no design can be judged by, with the reason.
+    pub(crate) fn unfit(&self, part: Part, reason: &str) -> Unfit {
+        let (picture, condition, reason) = match part {
+            Part::Frame(picture, condition) => (picture, Some(CONDITIONS[condition].name), reason.to_owned()),
+            Part::Motion(picture) => (picture, None, format!("known motions: {reason}")),
+        };
+        Unfit { picture: self.subjects[picture].name.clone(), condition, reason }
+    }
+
     /// Computes `streaming` for a part with the look-ahead of `levels`, unless it is there.
     pub(crate) fn prepare(&mut self, levels: &Levels, part: Part) {
         let look_ahead = levels.design().look_ahead.to_vec();
@@ -135,12 +158,18 @@ impl<'a> Bench<'a> {
                 let compared = self.last.as_ref().and_then(|(_, _, frame, reference)| {
                     reference.compare(&levels.planes(Level::BitTrue, frame), bounds)
                 });
+                if let Some(reason) = compared.as_ref().and_then(|compared| compared.unfit(bounds)) {
+                    return PartOutcome::unfit(&place, reason);
+                }
                 let checks = compared.as_ref().map(|compared| compared.check(bounds)).unwrap_or_default();
                 let rms = compared.map(|compared| compared.scales.iter().map(|s| s.interior.rms).fold(0.0, f64::max));
                 PartOutcome::new(&checks, &place, rms)
             }
             Part::Motion(picture) => {
                 let motions = self.motions.get(&(levels.design().look_ahead.to_vec(), picture));
+                if let Some(reason) = motions.and_then(|motions| motions.unfit(bounds)) {
+                    return PartOutcome::unfit(&place, reason);
+                }
                 let displacements = motions.map(|motions| motions.displacements(levels)).unwrap_or_default();
                 PartOutcome::new(&displacement::check(&displacements, bounds), &place, None)
             }

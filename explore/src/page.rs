@@ -105,8 +105,10 @@ fn chart(
     let line = |name: &str, colour, mark, points| Series { name: name.into(), colour, mark, points };
     let same = |one: Option<&Point>, point: &Point| one.is_some_and(|one| one.name == point.name);
     let all = points(&|_| true);
-    let (least, most) = all.iter().fold((f64::MAX, 0.0f64), |(least, most), p| (least.min(p.0), most.max(p.0)));
-    let (low, high) = all.iter().fold((f64::MAX, 0.0f64), |(low, high), p| (low.min(p.1), high.max(p.1)));
+    let extent = |of: fn(&(f64, f64)) -> f64| {
+        all.iter().map(of).fold((f64::INFINITY, 0.0f64), |(low, high), value| (low.min(value), high.max(value)))
+    };
+    let ((least, most), (low, high)) = (extent(|point| point.0), extent(|point| point.1));
     let room = (0.05 * (most - least)).max(2.0);
     let limit = if error { Bounds::acceptance().dog.rms_lsb } else { 100.0 };
     let mut series = Vec::new();

@@ -7,6 +7,7 @@ use hoverlock_fixed_point::analysis::levels::Levels;
 use hoverlock_fixed_point::analysis::resources::Resources;
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
 use hoverlock_reports::check_outcome::CheckOutcome;
+use hoverlock_reports::study::{Unfit, Unjudged};
 use rayon::prelude::*;
 
 use crate::measure::{Bench, Part, PartOutcome};
@@ -16,13 +17,15 @@ use crate::{Exploration, Objective, Point, Progress, Status, Task};
 
 /// Number of designs that are measured in parallel.
 const BATCH: usize = 4;
+/// Allowance that a failing design uses at least, if coarser ones are skipped for it: twice the limit.
+const CLEARLY_FAILS: f64 = 2.0;
 
 /// Searches for the best design. `known` has the results of earlier searches. `keep` receives the key and the outcome
 /// of each new measurement, `report` the progress before each one.
 ///
 /// # Errors
-/// The base design has no valid coefficients, or `keep` fails.
-pub fn run<E: From<CoefficientError>>(
+/// The base design has no valid coefficients, no picture is fit to judge it, or `keep` fails.
+pub fn run<E: From<CoefficientError> + From<Unjudged>>(
     task: &Task,
     known: &KnownResults,
     keep: &mut dyn FnMut(&str, &PartOutcome) -> Result<(), E>,
@@ -53,10 +56,14 @@ struct Search<'a, E> {
     restored: usize,
 }
 
-impl<E> Search<'_, E> {
+impl<E: From<Unjudged>> Search<'_, E> {
     fn measure_all(&mut self) -> Result<(), E> {
         // The base is measured in full. From then on the parts that use most of its allowance come first.
         self.measure(&[0], true)?;
+        let unfit = self.unfit();
+        if unfit.len() == self.parts.len() {
+            return Err(Unjudged(unfit).into());
+        }
         let used = |part: usize| self.outcomes[0][part].as_ref().map_or(0.0, |outcome| outcome.worst.used);
         let motion = |part: usize| matches!(self.parts[part], Part::Motion(_));
         let mut order: Vec<usize> = (0..self.parts.len()).collect();
@@ -120,7 +127,7 @@ impl<E> Search<'_, E> {
             for word in 0..3 {
                 let alone = |&&i: &&usize| (0..3).all(|other| other == word || words(i)[other] == longest[other]);
                 let mut alone: Vec<usize> = of.iter().filter(alone).copied().collect();
-                // The longest word first: if it fails, the shorter ones fail too.
+                // The longest word first: if it fails clearly, the shorter ones are skipped.
                 alone.sort_by_key(|&i| std::cmp::Reverse(words(i)[word]));
                 probes.extend(alone);
             }
@@ -138,7 +145,7 @@ impl<E> Search<'_, E> {
         }
         let candidate = &self.candidates[index];
         let finer = (0..self.candidates.len()).find(|&other| {
-            other != index && candidate.is_coarser(&self.candidates[other]) && self.failure(other).is_some()
+            other != index && candidate.is_coarser(&self.candidates[other]) && self.clearly_fails(other)
         });
         match finer {
             Some(finer) => (Status::Skipped, Some(finer)),
@@ -146,10 +153,21 @@ impl<E> Search<'_, E> {
         }
     }
 
+    /// Returns the parts by which the base cannot be judged.
+    fn unfit(&self) -> Vec<Unfit> {
+        let of_base = self.parts.iter().zip(&self.outcomes[0]);
+        of_base.filter_map(|(&part, outcome)| Some(self.bench.unfit(part, outcome.as_ref()?.unfit.as_ref()?))).collect()
+    }
+
     /// Returns the first check that a design fails.
     fn failure(&self, index: usize) -> Option<&CheckOutcome> {
         let measured = || self.outcomes[index].iter().flatten().find_map(|outcome| outcome.failure.as_ref());
         self.candidates[index].failure.as_ref().or_else(measured)
+    }
+
+    /// Returns `true` if a design fails so far beyond a limit on a picture that a coarser one cannot pass.
+    fn clearly_fails(&self, index: usize) -> bool {
+        self.outcomes[index].iter().flatten().any(|outcome| outcome.worst.used >= CLEARLY_FAILS)
     }
 
     /// Measures the designs of a batch whose status is open.
@@ -320,6 +338,7 @@ impl<E> Search<'_, E> {
             measured: self.measured,
             restored: self.restored,
             best,
+            unfit: self.unfit(),
             pictures: pictures.map(|(subject, hash)| (subject.name.clone(), hash.clone())).collect(),
             points,
         }
@@ -369,7 +388,7 @@ mod tests {
         let subjects = [subject()];
         let unbuildable = |design: &DesignPoint| {
             let odd = design.state.bits() > 18 || design.coefficient.bits() > 16 || design.coefficient.bits() < 14;
-            let odd = odd || !(13..=15).contains(&design.dog_bits) || design.dog_shift() < 0;
+            let odd = odd || ![10, 14, 15].contains(&design.dog_bits) || design.dog_shift() < 0;
             odd.then(String::new)
         };
         let task = Task {
@@ -401,10 +420,11 @@ mod tests {
             match point.status {
                 Status::Passes => assert!(best.resources.m10k <= point.resources.m10k && point.failure.is_none()),
                 Status::Fails => assert!(point.failure.is_some() && point.margin.unwrap() < 0.0),
-                // The design that it is skipped for fails and has no shorter word.
+                // The design that it is skipped for fails clearly, with the same coefficients and no shorter word.
                 Status::Skipped => {
                     let finer = found.points.iter().find(|other| Some(&other.name) == point.because.as_ref()).unwrap();
-                    assert!(finer.failure.is_some() && finer.design.state.bits() >= point.design.state.bits());
+                    assert!(finer.margin.unwrap() <= -100.0 && finer.design.coefficient == point.design.coefficient);
+                    assert!(finer.design.state.bits() >= point.design.state.bits());
                     assert!(finer.design.dog_bits >= point.design.dog_bits);
                 }
                 Status::Open => panic!("{point:?}"),

@@ -55,12 +55,13 @@ impl Candidate {
         Self { name: changes(&design, base), resources: resources(&design), design, failure, closest }
     }
 
-    /// Returns `true` if the look-ahead is that of `other` and no word is longer, so that no rounding is finer.
+    /// Returns `true` if the filters are those of `other` and no word of the data is longer, so that no rounding is
+    /// finer. Other coefficients are other filters: a shorter word can be closer to the exact value by chance.
     pub(crate) fn is_coarser(&self, other: &Self) -> bool {
         let (a, b) = (&self.design, &other.design);
         a.look_ahead == b.look_ahead
+            && a.coefficient == b.coefficient
             && a.state.bits() <= b.state.bits()
-            && a.coefficient.bits() <= b.coefficient.bits()
             && a.dog_bits <= b.dog_bits
     }
 }

@@ -114,10 +114,14 @@ fn real_pictures_pass_the_bounds_under_three_conditions() {
         for condition in CONDITIONS {
             let degraded = condition.apply(&frame, bounds.seeds.of(&condition));
             let comparison = Comparison::of_frame(&levels, &degraded, bounds).unwrap();
-            failed.extend(failures(&format!("{}, {}", path.display(), condition.name), comparison.check(bounds)));
+            let place = format!("{}, {}", path.display(), condition.name);
+            failed.extend(comparison.unfit(bounds).map(|reason| format!("{place}: {reason}")));
+            failed.extend(failures(&place, comparison.check(bounds)));
         }
-        let displacements = Motions::new(&levels, &frame, &NOMINAL, bounds, 3).displacements(&levels);
-        failed.extend(failures(&path.display().to_string(), displacement::check(&displacements, bounds)));
+        let motions = Motions::new(&levels, &frame, &NOMINAL, bounds, 3);
+        failed.extend(motions.unfit(bounds).map(|reason| format!("{}: {reason}", path.display())));
+        let checks = displacement::check(&motions.displacements(&levels), bounds);
+        failed.extend(failures(&path.display().to_string(), checks));
     }
     assert!(failed.is_empty(), "{}", failed.join("\n"));
 }

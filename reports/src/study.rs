@@ -4,6 +4,8 @@
 //! added: *approximation*, `recursive` and `streaming` against `ideal` (the sampled Gaussian), and *quantisation*,
 //! `quantised` and `bit_true` against `streaming`.
 
+use std::fmt;
+
 use crate::repeatability::{self, Curve};
 use hoverlock_design::{DesignPoint, KT27};
 use hoverlock_fixed_point::analysis::acceptance::{
@@ -58,6 +60,9 @@ pub struct PictureStudy {
     pub conditions: Vec<ConditionStudy>,
     /// The displacement for each known motion, nominal condition.
     pub displacements: Vec<Displacement>,
+    /// Why no design can be judged by the motions; they are not estimated then.
+    #[serde(skip)]
+    pub unfit_motions: Option<String>,
     /// Error maps and feature map for the page.
     #[serde(skip)]
     pub figures: Figures,
@@ -181,6 +186,35 @@ pub struct BoundRow {
     pub condition: Option<&'static str>,
 }
 
+/// A picture that no design can be judged by, because floating point fails on it too.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Unfit {
+    /// The picture.
+    pub picture: String,
+    /// The condition under which it is unfit; `None` if none was applied.
+    pub condition: Option<&'static str>,
+    /// What it lacks.
+    pub reason: String,
+}
+
+impl fmt::Display for Unfit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let condition = self.condition.map(|name| format!(", {name}")).unwrap_or_default();
+        write!(f, "{}{condition}: unfit to judge a design: {}", self.picture, self.reason)
+    }
+}
+
+/// No picture is fit to judge a design, so there is no verdict.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub struct Unjudged(pub Vec<Unfit>);
+
+impl fmt::Display for Unjudged {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let reasons: Vec<String> = self.0.iter().map(Unfit::to_string).collect();
+        write!(f, "no picture can judge the design: {}; give pictures with more texture", reasons.join("; "))
+    }
+}
+
 /// Error after every stage of a smoother, `bit_true` against `streaming`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Chain {
@@ -202,12 +236,14 @@ pub struct ChainStage {
 /// All measurements of a report.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Study {
-    /// Every check passes.
+    /// Every check passes, and at least one picture was fit to judge the design.
     pub pass: bool,
     /// Inputs, design point and sources.
     pub provenance: Provenance,
     /// The checks of every bound on every picture and condition.
     pub bounds: Vec<BoundRow>,
+    /// What no design can be judged by, and why.
+    pub unfit: Vec<Unfit>,
     /// The six levels, `ideal` to `rtl`.
     pub levels: Vec<LevelStudy>,
     /// The range observed at every node, over all pictures and conditions.
@@ -237,7 +273,15 @@ pub struct Study {
 
 /// Returns the number of progress steps of [`run`] for a number of pictures.
 pub fn steps(pictures: usize, design: &DesignPoint) -> u64 {
-    (pictures * (CONDITIONS.len() + 1 + sweep::points(design)) + 1) as u64
+    (pictures * (CONDITIONS.len() + 1 + sweep::steps(design)) + 1) as u64
+}
+
+/// The commands that a report shows.
+pub struct Commands<'a> {
+    /// The command as typed.
+    pub typed: &'a str,
+    /// Returns the command that makes the same report with some changes of the design, `KEY=VALUE` each.
+    pub changed: &'a (dyn Fn(&[String]) -> String + Sync),
 }
 
 /// Measures every level except `rtl`, which [`Study::with_hardware`] adds. `step` is called after each progress step.
@@ -247,14 +291,16 @@ pub fn steps(pictures: usize, design: &DesignPoint) -> u64 {
 pub fn run(
     subjects: &[Subject],
     design: &DesignPoint,
-    command: &str,
+    commands: &Commands<'_>,
     step: &(dyn Fn(&str) + Sync),
 ) -> Result<Study, CoefficientError> {
     let bounds = Bounds::acceptance();
     let levels = Levels::new(design)?;
     let measured: Vec<Measured> =
         subjects.par_iter().map(|subject| measure_picture(&levels, subject, bounds, step)).collect();
-    let (sweeps, alternatives) = sweep::run(design, subjects, bounds, step)?;
+    let motions: Vec<Motions> = measured.iter().map(|measured| measured.motions.clone()).collect();
+    let bench = sweep::Bench { design, subjects, motions: &motions, command: commands.changed, step };
+    let (sweeps, alternatives) = bench.run()?;
     let chains = subjects.first().map(|subject| chains(&levels, subject, bounds)).unwrap_or_default();
     let repeatability = match subjects.first() {
         // A property of the algorithm, so at one frame size whatever the design.
@@ -290,8 +336,9 @@ pub fn run(
         .collect();
     let rows = check(&levels, &pictures, bounds);
     Ok(Study {
-        pass: rows.iter().all(|row| row.check.pass),
-        provenance: Provenance::of(&levels, command),
+        pass: rows.iter().all(|row| row.check.pass) && rows.iter().any(|row| row.picture.is_some()),
+        provenance: Provenance::of(&levels, commands.typed),
+        unfit: unfit(&pictures, bounds),
         bounds: rows,
         levels: level_studies,
         formats: RangeRow::each(&ranges),
@@ -329,6 +376,7 @@ pub(crate) fn changes(level: Level) -> &'static str {
 /// The measurements of one picture before they are merged.
 struct Measured {
     picture: PictureStudy,
+    motions: Motions,
     errors: Vec<(Level, Measurement)>,
     ranges: Ranges,
 }
@@ -377,13 +425,15 @@ fn measure_picture(levels: &Levels, subject: &Subject, bounds: &Bounds, step: &(
         step(&format!("{}, {}", subject.name, condition.name));
     }
     let motions = Motions::new(levels, &subject.frame, &NOMINAL, bounds, MOTIONS);
-    let displacements = motions.displacements(levels);
+    let unfit_motions = motions.unfit(bounds);
+    let displacements = if unfit_motions.is_none() { motions.displacements(levels) } else { Vec::new() };
     step(&format!("{}, displacement", subject.name));
     let frame = (subject.frame.width(), subject.frame.height());
     let whole = (subject.picture.width(), subject.picture.height());
     let (name, sha256) = (subject.name.clone(), hoverlock_pictures::sha256(&subject.picture));
     Measured {
-        picture: PictureStudy { name, sha256, whole, frame, conditions, displacements, figures },
+        picture: PictureStudy { name, sha256, whole, frame, conditions, displacements, unfit_motions, figures },
+        motions,
         errors,
         ranges,
     }
@@ -398,7 +448,7 @@ fn check(levels: &Levels, pictures: &[PictureStudy], bounds: &Bounds) -> Vec<Bou
     let mut rows: Vec<BoundRow> =
         check_coefficients(levels, bounds).into_iter().map(|check| row(check, None, None)).collect();
     for picture in pictures {
-        for study in &picture.conditions {
+        for study in picture.conditions.iter().filter(|study| study.comparison.unfit(bounds).is_none()) {
             let checks = study.comparison.check(bounds).into_iter();
             rows.extend(checks.map(|check| row(check, Some(picture), Some(study.condition.name))));
         }
@@ -406,6 +456,28 @@ fn check(levels: &Levels, pictures: &[PictureStudy], bounds: &Bounds) -> Vec<Bou
         rows.extend(checks.map(|check| row(check, Some(picture), Some(NOMINAL.name))));
     }
     rows
+}
+
+/// Returns the pictures that judge nothing, under each condition and by their motions.
+fn unfit(pictures: &[PictureStudy], bounds: &Bounds) -> Vec<Unfit> {
+    let mut all = Vec::new();
+    for picture in pictures {
+        let mut add = |condition: Option<&'static str>, reason: String| {
+            all.push(Unfit { picture: picture.name.clone(), condition, reason });
+        };
+        for study in &picture.conditions {
+            if let Some(reason) = study.comparison.unfit(bounds) {
+                add(Some(study.condition.name), reason);
+            }
+        }
+        if picture.conditions.len() < CONDITIONS.len() {
+            add(None, "it is too small to have an interior".into());
+        }
+        if let Some(reason) = &picture.unfit_motions {
+            add(None, format!("known motions: {reason}"));
+        }
+    }
+    all
 }
 
 fn chains(levels: &Levels, subject: &Subject, bounds: &Bounds) -> Vec<Chain> {
@@ -426,14 +498,24 @@ fn chains(levels: &Levels, subject: &Subject, bounds: &Bounds) -> Vec<Chain> {
 }
 
 impl Study {
+    /// Returns the checks that fail, the furthest beyond its limit first.
+    pub fn failures(&self) -> Vec<&BoundRow> {
+        let mut failures: Vec<&BoundRow> = self.bounds.iter().filter(|row| !row.check.pass).collect();
+        // NaN means that nothing was measured, which is the worst failure.
+        let used = |row: &BoundRow| if row.check.used.is_nan() { f64::INFINITY } else { row.check.used };
+        failures.sort_by(|a, b| used(b).total_cmp(&used(a)));
+        failures
+    }
+
     /// Returns what no check of this study covers, each with the reason.
     pub fn unchecked(&self) -> Vec<String> {
-        let mut unchecked = Vec::new();
+        let mut unchecked: Vec<String> = self.unfit.iter().map(Unfit::to_string).collect();
         if let Some(Hardware { simulation: StepResult::NotRun { reason }, .. }) = self.hardware() {
             unchecked.push(format!("rtl against bit_true: {reason}"));
         }
         for picture in &self.pictures {
-            for of in &picture.conditions {
+            let is_fit = |of: &&ConditionStudy| of.comparison.unfit(Bounds::acceptance()).is_none();
+            for of in picture.conditions.iter().filter(is_fit) {
                 let (name, condition) = (&picture.name, of.condition.name);
                 let rms =
                     of.comparison.scales.iter().map(|scale| scale.interior.reference_rms).fold(f64::INFINITY, f64::min);
@@ -453,8 +535,6 @@ impl Study {
                 }
             }
         }
-        let missing = self.pictures.iter().filter(|picture| picture.conditions.len() < CONDITIONS.len());
-        unchecked.extend(missing.map(|picture| format!("{}: too small for an interior", picture.name)));
         unchecked
     }
 }

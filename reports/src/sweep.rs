@@ -9,16 +9,17 @@ use std::collections::BTreeSet;
 use hoverlock_design::{AutomaticThreshold, DesignPoint, Format};
 use hoverlock_fixed_point::analysis::acceptance::{Comparison, Reference, check_coefficients};
 use hoverlock_fixed_point::analysis::bounds::{Bounds, Check};
+use hoverlock_fixed_point::analysis::displacement::{self, Motions};
 use hoverlock_fixed_point::analysis::errors::BitKind;
 use hoverlock_fixed_point::analysis::levels::{Level, Levels};
 use hoverlock_fixed_point::analysis::resources::{Resources, resources};
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
-use hoverlock_pictures::conditions::{CONDITIONS, Condition};
+use hoverlock_pictures::conditions::{CONDITIONS, Condition, NOMINAL};
 use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::check_outcome::CheckOutcome;
-use crate::study::Subject;
+use crate::study::{MOTIONS, Subject};
 
 /// Fraction bits of the coefficients in the sweep, beside those of the design.
 const COEFFICIENT_FRACTION_BITS: [i8; 6] = [8, 10, 12, 14, 16, 18];
@@ -128,10 +129,14 @@ pub struct Alternative {
     pub value: String,
     /// It is the value of the design.
     pub chosen: bool,
-    /// It passes every check on every picture under every condition. Displacement and `rtl` are not checked.
+    /// The changes that make it of the design, `KEY=VALUE` each, in the order in which `--config` takes them.
+    pub changes: Vec<String>,
+    /// The report of this choice as a command. Empty for the design itself.
+    pub command: String,
+    /// It passes every check of its report on every picture that is fit to judge it. `rtl` is not checked.
     pub pass: bool,
-    /// The first check that fails, in the order of the report.
-    pub failure: Option<CheckOutcome>,
+    /// Why no Verilog can be emitted for it; `None` if it can.
+    pub unbuildable: Option<String>,
     /// The check that is closest to its limit, or furthest beyond it.
     pub worst: Option<CheckOutcome>,
     /// Percentage of the allowance that it leaves; negative if it fails.
@@ -161,10 +166,16 @@ impl Variant {
         Self { word, bits, value, chosen: design == *base, design, levels, checks }
     }
 
-    /// Returns `true` if the value is measured on pictures. A look-ahead is not if a check that needs no picture fails,
-    /// because its `streaming` would have to be computed separately.
+    /// Returns `true` if the value is measured on pictures. One with its own `streaming` is not if a check that needs
+    /// no picture fails.
     fn is_measured(&self) -> bool {
-        self.levels.is_some() && (self.word != LOOK_AHEAD || self.checks.iter().all(|check| check.pass))
+        self.levels.is_some() && (!self.has_own_streaming() || self.checks.iter().all(|check| check.pass))
+    }
+
+    /// Returns `true` if `streaming` differs from that of the design: another look-ahead is another filter, and a
+    /// camera of fewer bits is another picture. Word lengths leave it as it is.
+    fn has_own_streaming(&self) -> bool {
+        !self.chosen && [LOOK_AHEAD, PIXELS].contains(&self.word)
     }
 
     /// Returns `true` if the value is drawn as a sweep.
@@ -226,9 +237,10 @@ pub fn with_dog_bits(base: &DesignPoint, bits: u32) -> DesignPoint {
     DesignPoint { dog_bits: bits, threshold: AutomaticThreshold { initial, ..base.threshold }, ..base.clone() }
 }
 
-/// Returns the number of word lengths that are measured for each picture.
-pub(crate) fn points(design: &DesignPoint) -> usize {
-    variants(design).iter().filter(|variant| variant.is_measured()).count()
+/// Returns the number of progress steps of [`Bench::run`] for each picture: each value that is measured, on frames and
+/// on motions.
+pub(crate) fn steps(design: &DesignPoint) -> usize {
+    2 * variants(design).iter().filter(|variant| variant.is_measured()).count()
 }
 
 /// The worst picture and scale of each measure, as the checks take them.
@@ -240,40 +252,146 @@ struct Worst {
     moved_percent: f64,
 }
 
-/// Measures the sweeps, and the alternatives to each word.
-pub(crate) fn run(
-    design: &DesignPoint,
-    subjects: &[Subject],
-    bounds: &Bounds,
-    step: &(dyn Fn(&str) + Sync),
-) -> Result<(Vec<Sweep>, Vec<Alternative>), CoefficientError> {
-    let variants = variants(design);
-    let exact = Levels::new(design)?;
-    // `streaming` is computed once for all word lengths, so pictures and conditions are the outer loop.
-    let jobs: Vec<(&Subject, Condition)> =
-        subjects.iter().flat_map(|subject| CONDITIONS.map(|condition| (subject, condition))).collect();
-    let measured: Vec<(Condition, String, Vec<Option<Comparison>>)> = jobs
-        .par_iter()
-        .map(|(subject, condition)| {
+/// One subject under one condition, and the comparison of every variant on it.
+type OnFrame = (Condition, String, Vec<Option<Comparison>>);
+
+/// What the alternatives are measured on and compared with.
+pub(crate) struct Bench<'a> {
+    /// The design that they are alternatives to.
+    pub design: &'a DesignPoint,
+    /// The pictures.
+    pub subjects: &'a [Subject],
+    /// The known motions of each picture, with the `streaming` of the design.
+    pub motions: &'a [Motions],
+    /// Returns the command of the report with some changes.
+    pub command: &'a (dyn Fn(&[String]) -> String + Sync),
+    /// Called after each progress step.
+    pub step: &'a (dyn Fn(&str) + Sync),
+}
+
+impl Bench<'_> {
+    /// Measures the sweeps, and the alternatives to each word.
+    pub(crate) fn run(&self) -> Result<(Vec<Sweep>, Vec<Alternative>), CoefficientError> {
+        let variants = variants(self.design);
+        let frames = self.compare(&variants)?;
+        let mut alternatives: Vec<Alternative> = variants
+            .par_iter()
+            .enumerate()
+            .map(|(index, variant)| self.alternative(variant, &checks_on_frames(variant, index, &frames)))
+            .collect();
+        // What passes comes first, the cheapest at the top; then what fails, the closest to its limit first.
+        alternatives.sort_by(|a, b| {
+            let used = |of: &Alternative| of.worst.as_ref().filter(|_| !of.pass).map_or(0.0, |worst| worst.used);
+            b.pass.cmp(&a.pass).then(used(a).total_cmp(&used(b))).then(a.price().cmp(&b.price()))
+        });
+        Ok((sweeps(&variants, &frames), alternatives))
+    }
+
+    /// Compares every variant with `streaming`, on every picture under every condition.
+    fn compare(&self, variants: &[Variant]) -> Result<Vec<OnFrame>, CoefficientError> {
+        let (exact, bounds) = (Levels::new(self.design)?, Bounds::acceptance());
+        // `streaming` is computed once for all word lengths, so pictures and conditions are the outer loop.
+        let jobs: Vec<(&Subject, Condition)> =
+            self.subjects.iter().flat_map(|subject| CONDITIONS.map(|condition| (subject, condition))).collect();
+        let on_frame = |(subject, condition): &(&Subject, Condition)| {
             let frame = condition.apply(&subject.frame, bounds.seeds.of(condition));
             let reference = Reference::of(&exact.planes(Level::Streaming, &frame), bounds);
             let compare = |variant: &Variant| {
                 let levels = variant.levels.as_ref().filter(|_| variant.is_measured())?;
                 if *condition == CONDITIONS[0] {
-                    step(&format!("{}, word lengths", subject.name));
+                    (self.step)(&format!("{}, word lengths", subject.name));
                 }
                 let test = levels.planes(Level::BitTrue, &frame);
-                // A word length leaves `streaming` as it is, and a camera of fewer bits is compared with this one.
-                // Another look-ahead is another filter, which the check of sigma_eff judges.
-                if variant.word == LOOK_AHEAD && !variant.chosen {
+                if variant.has_own_streaming() {
                     return Reference::of(&levels.planes(Level::Streaming, &frame), bounds).compare(&test, bounds);
                 }
                 reference.compare(&test, bounds)
             };
             let place = format!("{}, {}", subject.name, condition.name);
             (*condition, place, variants.iter().map(compare).collect())
-        })
-        .collect();
+        };
+        Ok(jobs.par_iter().map(on_frame).collect())
+    }
+
+    /// Judges a variant by the checks of its report. The known motions take the longest, so they are estimated only if
+    /// all other checks pass.
+    fn alternative(&self, variant: &Variant, on_frames: &[CheckOutcome]) -> Alternative {
+        let mut checks = on_frames.to_vec();
+        let bounds = Bounds::acceptance();
+        let measured = variant.levels.as_ref().filter(|_| variant.is_measured());
+        for (subject, motions) in self.subjects.iter().zip(self.motions) {
+            if let Some(levels) = measured.filter(|_| checks.iter().all(|check| check.pass)) {
+                let own = variant
+                    .has_own_streaming()
+                    .then(|| Motions::new(levels, &subject.frame, &NOMINAL, bounds, MOTIONS));
+                let motions = own.as_ref().unwrap_or(motions);
+                if motions.unfit(bounds).is_none() {
+                    let place = format!("{}, {}", subject.name, NOMINAL.name);
+                    let of_motions = displacement::check(&motions.displacements(levels), bounds);
+                    checks.extend(of_motions.iter().map(|check| CheckOutcome::new(check, Some(&place))));
+                }
+            }
+            if measured.is_some() {
+                (self.step)(&format!("{}, displacement with other words", subject.name));
+            }
+        }
+        // A variant with its own `streaming` can find too few features where the design finds enough.
+        if measured.is_some() && checks.len() == variant.checks.len() {
+            checks.push(CheckOutcome::unmeasurable("fit pictures", "no picture is fit to judge it".into()));
+        }
+        let worst =
+            checks.iter().max_by(|a, b| (!a.pass, a.used).partial_cmp(&(!b.pass, b.used)).unwrap_or(Ordering::Equal));
+        let changes = variant.design.changes_of(self.design);
+        Alternative {
+            word: variant.word,
+            value: variant.value.clone(),
+            chosen: variant.chosen,
+            command: if variant.chosen { String::new() } else { (self.command)(&changes) },
+            changes,
+            pass: checks.iter().all(|check| check.pass),
+            unbuildable: variant.design.check_buildable().err().map(|error| error.to_string()),
+            margin: worst.map(|worst| 100.0 * (1.0 - worst.used)),
+            worst: worst.cloned(),
+            resources: resources(&variant.design),
+        }
+    }
+}
+
+impl Alternative {
+    /// Returns the resources by which alternatives are compared, the scarcest first.
+    fn price(&self) -> [u64; 3] {
+        let Resources { m10k, alm, dsp, .. } = self.resources;
+        [m10k, alm, dsp]
+    }
+}
+
+/// Returns the cheapest alternative that passes, can be built and costs less than the design. The pixel is not among
+/// them: it is the camera's, and what a camera of fewer bits loses is in no check.
+pub fn cheapest(alternatives: &[Alternative]) -> Option<&Alternative> {
+    let design = alternatives.iter().find(|alternative| alternative.chosen)?;
+    let is_choice = |of: &&Alternative| of.word != PIXELS && of.pass && of.unbuildable.is_none();
+    let choices = alternatives.iter().filter(is_choice).filter(|of| of.price() < design.price());
+    choices.min_by_key(|alternative| alternative.price())
+}
+
+/// Returns the checks of a variant that need no motion: of its coefficients, and on each frame that is fit to judge it.
+fn checks_on_frames(variant: &Variant, index: usize, frames: &[OnFrame]) -> Vec<CheckOutcome> {
+    let bounds = Bounds::acceptance();
+    let mut checks: Vec<CheckOutcome> = variant.checks.iter().map(|check| CheckOutcome::new(check, None)).collect();
+    for (_, place, all) in frames {
+        let fit = all[index].as_ref().filter(|comparison| comparison.unfit(bounds).is_none());
+        let of_frame = fit.map(|comparison| comparison.check(bounds)).unwrap_or_default();
+        checks.extend(of_frame.iter().map(|check| CheckOutcome::new(check, Some(place))));
+    }
+    if variant.levels.is_none() {
+        let reason = "a coefficient rounds to 0 or to 1".to_owned();
+        checks.push(CheckOutcome::unmeasurable("valid coefficients", reason));
+    }
+    checks
+}
+
+/// Returns the sweep of each word that is drawn.
+fn sweeps(variants: &[Variant], frames: &[OnFrame]) -> Vec<Sweep> {
     let mut sweeps: Vec<Sweep> = Vec::new();
     for (index, variant) in variants.iter().enumerate().filter(|(_, variant)| variant.is_swept()) {
         if sweeps.last().is_none_or(|sweep| sweep.parameter != variant.word) {
@@ -281,45 +399,17 @@ pub(crate) fn run(
             let chosen = own.map_or(f64::NAN, |own| own.bits);
             sweeps.push(Sweep { parameter: variant.word, chosen, points: Vec::new() });
         }
-        let points: Vec<SweepPoint> = CONDITIONS
-            .into_iter()
-            .map(|condition| {
-                let mut worst = Worst::default();
-                let of_condition = measured.iter().filter(|(of, ..)| *of == condition);
-                of_condition
-                    .filter_map(|(.., all)| all[index].as_ref())
-                    .for_each(|comparison| worst.include(comparison));
-                worst.point(variant.bits, condition.name, resources(&variant.design))
-            })
-            .collect();
+        let point = |condition: Condition| {
+            let mut worst = Worst::default();
+            let of_condition = frames.iter().filter(|(of, ..)| *of == condition);
+            of_condition.filter_map(|(.., all)| all[index].as_ref()).for_each(|comparison| worst.include(comparison));
+            worst.point(variant.bits, condition.name, resources(&variant.design))
+        };
         if let Some(sweep) = sweeps.last_mut() {
-            sweep.points.extend(points);
+            sweep.points.extend(CONDITIONS.map(point));
         }
     }
-    let alternatives = variants.iter().enumerate().map(|(index, variant)| {
-        let mut checks: Vec<CheckOutcome> = variant.checks.iter().map(|check| CheckOutcome::new(check, None)).collect();
-        for (_, place, all) in &measured {
-            let compared = all[index].as_ref().map(|comparison| comparison.check(bounds)).unwrap_or_default();
-            checks.extend(compared.iter().map(|check| CheckOutcome::new(check, Some(place))));
-        }
-        if variant.levels.is_none() {
-            let reason = "a coefficient rounds to 0 or to 1".to_owned();
-            checks.push(CheckOutcome::unmeasurable("valid coefficients", reason));
-        }
-        let worst =
-            checks.iter().max_by(|a, b| (!a.pass, a.used).partial_cmp(&(!b.pass, b.used)).unwrap_or(Ordering::Equal));
-        Alternative {
-            word: variant.word,
-            value: variant.value.clone(),
-            chosen: variant.chosen,
-            pass: checks.iter().all(|check| check.pass),
-            failure: checks.iter().find(|check| !check.pass).cloned(),
-            margin: worst.map(|worst| 100.0 * (1.0 - worst.used)),
-            worst: worst.cloned(),
-            resources: resources(&variant.design),
-        }
-    });
-    Ok((sweeps, alternatives.collect()))
+    sweeps
 }
 
 impl Worst {
@@ -348,6 +438,18 @@ mod tests {
         for bits in [6, 12, 15] {
             let design = with_dog_bits(&KT27, bits);
             assert_eq!(f64::from(design.threshold.initial) * design.dog().lsb(), 1024.0, "{bits}");
+        }
+    }
+
+    #[test]
+    fn the_changes_of_a_variant_make_it_of_the_design() {
+        for design in [KT27.clone(), DesignPoint::shipped("three_scales").unwrap()] {
+            for variant in variants(&design) {
+                let changes = variant.design.changes_of(&design);
+                assert_eq!(changes.is_empty(), variant.chosen, "{} {}", variant.word, variant.value);
+                let changed = changes.iter().try_fold(design.clone(), |changed, text| changed.with_override(text));
+                assert_eq!(changed.unwrap(), variant.design, "{changes:?}");
+            }
         }
     }
 }

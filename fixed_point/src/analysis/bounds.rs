@@ -43,7 +43,7 @@ pub struct Bounds {
 pub struct FeatureRule {
     /// `T` is the response of this rank in `streaming`, for each picture and scale.
     pub rank: usize,
-    /// Least number of features; fewer fail the check.
+    /// Least number of features of `streaming`; a frame with fewer is unfit to judge a design.
     pub minimum: usize,
 }
 

@@ -104,6 +104,19 @@ impl Motions {
         Self { before, moved, centre }
     }
 
+    /// Returns why no design can be judged by these motions: `streaming` has too few features before them, or does not
+    /// find one of them.
+    pub fn unfit(&self, bounds: &Bounds) -> Option<String> {
+        let minimum = bounds.features.minimum;
+        let of_scale = |k: usize| self.before.features.iter().filter(|feature| usize::from(feature.scale) == k).count();
+        let poor = (0..self.before.thresholds.len()).map(|k| (k, of_scale(k))).find(|(_, count)| *count < minimum);
+        if let Some((k, count)) = poor {
+            return Some(format!("streaming has {count} features at scale {k}, and a verdict needs {minimum}"));
+        }
+        let none = self.moved.iter().all(|moved| moved.reference.is_none());
+        none.then(|| format!("none of {} known motions is estimated from streaming", self.moved.len()))
+    }
+
     /// Estimates the motions from `bit_true` of a design with the same `streaming`.
     pub fn displacements(&self, levels: &Levels) -> Vec<Displacement> {
         let before = self.before.bit_true(levels);
@@ -170,10 +183,15 @@ fn cubic(t: f64) -> [f64; 4] {
     [-0.5 * t3 + t2 - 0.5 * t, 1.5 * t3 - 2.5 * t2 + 1.0, -1.5 * t3 + 2.0 * t2 + 0.5 * t, 0.5 * t3 - 0.5 * t2]
 }
 
-/// Checks median and maximum of the displacement errors against the bounds.
+/// Checks median and maximum of the displacement errors against the bounds, over the motions that are estimated from
+/// `streaming`. There are no checks if there is none.
 pub fn check(displacements: &[Displacement], bounds: &Bounds) -> Vec<Check> {
-    let (median, max) = median_and_max(displacements);
-    let estimated = displacements.iter().filter(|d| d.reference.is_some() && d.test.is_some()).count();
+    let judged: Vec<&Displacement> = displacements.iter().filter(|d| d.reference.is_some()).collect();
+    if judged.is_empty() {
+        return Vec::new();
+    }
+    let (median, max) = median_and_max(&judged);
+    let estimated = judged.iter().filter(|d| d.test.is_some()).count();
     let location = format!("{estimated} of {} known motions", displacements.len());
     let limits = &bounds.displacement;
     let check = |name, limit, measured| Check::new(name, "px", Sense::AtMost, limit, measured, location.clone());
@@ -184,7 +202,7 @@ pub fn check(displacements: &[Displacement], bounds: &Bounds) -> Vec<Check> {
 }
 
 /// Returns median and maximum of the differences; NaN if there is none.
-fn median_and_max(displacements: &[Displacement]) -> (f64, f64) {
+fn median_and_max(displacements: &[&Displacement]) -> (f64, f64) {
     let mut differences: Vec<f64> = displacements.iter().map(|d| d.difference_px).collect();
     differences.sort_unstable_by(f64::total_cmp);
     let middle = differences.len() / 2;
@@ -229,8 +247,21 @@ mod tests {
                 |&difference_px: &f64| Displacement { known: [0.0; 2], reference: None, test: None, difference_px };
             differences.iter().map(one).collect()
         };
-        assert_eq!(median_and_max(&with(&[3.0, 1.0, 2.0])), (2.0, 3.0));
-        assert_eq!(median_and_max(&with(&[4.0, 1.0, 2.0, f64::INFINITY])), (3.0, f64::INFINITY));
-        assert!(median_and_max(&[]).0.is_nan() && median_and_max(&[]).1.is_nan());
+        let of = |differences: &[f64]| median_and_max(&with(differences).iter().collect::<Vec<_>>());
+        assert_eq!(of(&[3.0, 1.0, 2.0]), (2.0, 3.0));
+        assert_eq!(of(&[4.0, 1.0, 2.0, f64::INFINITY]), (3.0, f64::INFINITY));
+    }
+
+    #[test]
+    fn a_motion_that_streaming_does_not_find_judges_no_design() {
+        let found = || Some(Found { displacement: [0.0; 2], error_px: 0.0, matches: 9, inliers: 9 });
+        let motion = |reference, test, difference_px| Displacement { known: [0.0; 2], reference, test, difference_px };
+        let bounds = Bounds::acceptance();
+        let unseen = [motion(None, found(), f64::INFINITY), motion(None, None, f64::INFINITY)];
+        assert!(check(&unseen, bounds).is_empty());
+        let seen = [motion(None, None, f64::INFINITY), motion(found(), found(), 0.01)];
+        assert!(check(&seen, bounds).iter().all(|check| check.pass));
+        let lost = [motion(found(), None, f64::INFINITY), motion(found(), found(), 0.01)];
+        assert!(check(&lost, bounds).iter().any(|check| !check.pass));
     }
 }

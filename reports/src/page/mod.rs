@@ -29,6 +29,7 @@ use crate::figures;
 use crate::hardware::Hardware;
 use crate::plot::{BLUE, ORANGE, PlotError, VIOLET};
 use crate::study::{Kind, Study};
+use crate::sweep;
 use numbers::{grouped, significant, typeset};
 
 const TEMPLATE: &str = include_str!("../../templates/report.html");
@@ -68,7 +69,8 @@ pub fn html(study: &Study) -> Result<String, PageError> {
         interior => value(Bounds::acceptance().interior),
         study => value(study),
         closest => value(closest),
-        failed => value(study.bounds.iter().filter(|row| !row.check.pass).collect::<Vec<_>>()),
+        failed => value(study.failures()),
+        cheapest => sweep::cheapest(&study.alternatives).map(value),
         groups => value(&groups),
         matrix => value(bounds::matrix(study, &groups)),
         classes => value(Bounds::acceptance().class),
