@@ -17,6 +17,8 @@ DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs/how-to").glob("*.md"))]
 BLOCK = re.compile(r"(?P<comment><!-- not run: [^>]+ -->\n)?```console\n(?P<text>.*?)```", re.DOTALL)
 # A number with a unit of time or speed.
 MEASURED = re.compile(r"\d+(\.\d+)?(?= (million cycles a second|ms|s|MiB)\b)")
+# Notes of work that a later run does not repeat, and progress that a faster machine does not print: no part of a document.
+NOTE = re.compile(r"hoverlock: (building|compiling|making|\d+ of \d+ (steps|designs settled);)")
 # As the crate `hoverlock-cache` decides it.
 CACHE = Path(os.environ.get("HOVERLOCK_CACHE") or Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "hoverlock")
 PICTURES = CACHE.resolve() / "pictures"
@@ -63,9 +65,7 @@ def printed(folder):
         done = subprocess.run(["bash", "-c", line], cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                               text=True)
         assert done.returncode in (0, 1), done.stdout
-        # Notes of work that a later run does not repeat are no part of the document.
-        return "".join(text for text in done.stdout.splitlines(keepends=True)
-                       if not text.startswith(("hoverlock: building", "hoverlock: compiling", "hoverlock: making")))
+        return "".join(text for text in done.stdout.splitlines(keepends=True) if not NOTE.match(text))
 
     return run
 
