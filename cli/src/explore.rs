@@ -1,6 +1,5 @@
 //! `hoverlock explore`: the cheapest design that passes every check of the report on given pictures.
 
-use std::cell::Cell;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -22,6 +21,7 @@ use crate::Verdict;
 use crate::design::Chosen;
 use crate::output::{Batch, Folder, command, print, quoted, say, shown, verdict};
 use crate::picture::Limit;
+use crate::progress::LogLines;
 use crate::report::subjects;
 
 /// Find the cheapest design that passes every check of the report.
@@ -81,8 +81,6 @@ impl Choice {
 
 /// File name of the results of earlier searches.
 const RESULTS: &str = "results.jsonl";
-/// Time between two lines of progress without a terminal.
-const LINE_INTERVAL: Duration = Duration::from_secs(30);
 
 pub fn run(args: &Args) -> Result<Verdict> {
     let design = args.chosen.design()?;
@@ -97,17 +95,15 @@ pub fn run(args: &Args) -> Result<Verdict> {
         bar.set_style(style);
     }
     let started = Instant::now();
-    let last_line = Cell::new(started);
+    let lines = LogLines::new();
     let report = |progress: &Progress| {
         let best = progress.best.as_ref().map(|(name, m10k)| format!("best {name}, {m10k} M10K; ")).unwrap_or_default();
         bar.set_length(progress.designs as u64);
         bar.set_position(progress.settled as u64);
         bar.set_message(format!("{best}{}", progress.step));
-        // Without a terminal a line from time to time, for a reader of a log.
-        if bar.is_hidden() && last_line.get().elapsed() >= LINE_INTERVAL {
-            last_line.set(Instant::now());
-            say(&format!("{} of {} designs settled; {best}{}", progress.settled, progress.designs, progress.step));
-        }
+        lines.say(&bar, || {
+            format!("{} of {} designs settled; {best}{}", progress.settled, progress.designs, progress.step)
+        });
     };
     let mut keep = |key: &str, outcome: &PartOutcome| Ok(results::append(&path, key, outcome)?);
     let unbuildable = |design: &DesignPoint| design.check_buildable().err().map(|error| error.to_string());

@@ -1,9 +1,10 @@
 //! Progress on stderr.
 
 use std::any::Any;
+use std::sync::Mutex;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use hoverlock_cosim::Monitor;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -12,6 +13,38 @@ use crate::output::say;
 
 /// Time after which a long step is announced.
 const ANNOUNCE_AFTER: Duration = Duration::from_secs(1);
+
+/// Time between two lines of progress without a terminal.
+const LINE_INTERVAL: Duration = Duration::from_secs(30);
+
+/// Lines of progress from time to time, for a reader of a log: a bar shows nothing without a terminal.
+pub struct LogLines {
+    last: Mutex<Instant>,
+}
+
+impl LogLines {
+    /// Starts the time; the first line comes after [`LINE_INTERVAL`].
+    pub fn new() -> Self {
+        Self { last: Mutex::new(Instant::now()) }
+    }
+
+    /// Says a text if the bar is hidden and the last line was long ago.
+    pub fn say(&self, bar: &ProgressBar, text: impl FnOnce() -> String) {
+        if bar.is_hidden() && self.is_due(Instant::now()) {
+            say(&text());
+        }
+    }
+
+    /// Returns `true` once in each interval.
+    fn is_due(&self, now: Instant) -> bool {
+        let Ok(mut last) = self.last.lock() else { return false };
+        let due = now.saturating_duration_since(*last) >= LINE_INTERVAL;
+        if due {
+            *last = now;
+        }
+        due
+    }
+}
 
 /// Creates a bar with a template of indicatif.
 pub fn bar(length: u64, template: &str) -> ProgressBar {
@@ -77,5 +110,18 @@ impl Monitor for Reporter {
 
     fn long_step(&self, name: &'static str) -> Option<Box<dyn Any>> {
         Some(Box::new(Spinner::start(name)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_log_has_one_line_in_each_interval() {
+        let lines = LogLines::new();
+        let start = *lines.last.lock().unwrap();
+        let due = |seconds: u64| lines.is_due(start + Duration::from_secs(seconds));
+        assert_eq!([0, 29, 30, 31, 59, 60, 200, 201].map(due), [false, false, true, false, false, true, true, false]);
     }
 }

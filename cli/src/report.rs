@@ -19,6 +19,7 @@ use crate::design::Chosen;
 use crate::interrupt::end_descendants;
 use crate::output::{Folder, command, print, quoted, say, shown, verdict, write_file};
 use crate::picture::{Limit, open};
+use crate::progress::LogLines;
 use crate::rtl_level;
 
 /// Measure the errors of quantisation, stage by stage, and check them.
@@ -65,9 +66,11 @@ pub fn run(args: &Args) -> Result<Verdict> {
     if let Ok(style) = ProgressStyle::with_template("{bar:32} {percent:>3} %  {elapsed}  {msg}") {
         bar.set_style(style);
     }
+    let lines = LogLines::new();
     let step = |what: &str| {
         bar.set_message(what.to_owned());
         bar.inc(1);
+        lines.say(&bar, || format!("{} of {} steps; {what}", bar.position(), bar.length().unwrap_or_default()));
     };
     let commands = Commands { typed: &command(), changed: &|changes| args.with_changes(changes) };
     let mut study = study::run(&subjects, &design, &commands, &step)?;
