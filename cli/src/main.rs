@@ -15,13 +15,16 @@ mod formal;
 mod hover;
 mod interrupt;
 mod matching;
+mod orthophoto;
 mod output;
+mod paper;
 mod picture;
 mod progress;
 mod random_sweep;
 mod report;
 mod rtl;
 mod rtl_level;
+mod scene;
 mod shell;
 mod sim;
 mod sweep;
@@ -57,8 +60,11 @@ enum Verb {
     Hover(hover::Args),
     Man(shell::ManArgs),
     Match(matching::Args),
+    Orthophoto(orthophoto::Args),
+    Paper(paper::Args),
     Report(report::Args),
     Rtl(rtl::Args),
+    Scene(scene::Args),
     Sim(sim::Args),
     Sweep(sweep::Args),
 }
@@ -89,8 +95,11 @@ fn main() -> ExitCode {
         Verb::Hover(args) => hover::run(&args),
         Verb::Man(args) => shell::man(&args),
         Verb::Match(args) => matching::run(&args),
+        Verb::Orthophoto(args) => orthophoto::run(&args),
+        Verb::Paper(args) => paper::run(&args),
         Verb::Report(args) => report::run(&args),
         Verb::Rtl(args) => rtl::run(&args),
+        Verb::Scene(args) => scene::run(&args),
         Verb::Sim(args) => sim::run(&args),
         Verb::Sweep(args) => sweep::run(&args),
     });

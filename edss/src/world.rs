@@ -124,6 +124,20 @@ impl World {
     }
 }
 
+/// Takes a single frame of a scene at rest, with settled exposure. `field_of_view` is in degrees, `seed` that of the
+/// noise of the sensor.
+///
+/// # Errors
+/// If the field of view is not valid, which the zoom range of the camera excludes.
+pub fn still(renderer: &Renderer, pose: &Pose, field_of_view: f64, seed: u64) -> Result<Plane<u16>, ViewError> {
+    let mut camera = Kt27::new(Optics::default(), field_of_view, seed);
+    let lens = Lens { camera: camera.pinhole()?, k1: 0.0, k2: 0.0 };
+    let mut radiance = Plane::filled(FRAME_SIZE.0, FRAME_SIZE.1, 0.0);
+    renderer.render(&Shot { lens, first: *pose, last: *pose, time: 0.0 }, &mut radiance);
+    camera.settle_exposure(&radiance);
+    Ok(camera.read_out(&mut radiance, &Motion::default()))
+}
+
 /// Returns the time at which a frame is exposed, s.
 pub fn frame_time(frame: usize) -> f64 {
     frame as f64 / FRAME_RATE

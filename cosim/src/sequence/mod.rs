@@ -18,7 +18,7 @@ use hoverlock_reference::motion::orthophoto::Attitude;
 pub use inertial::InertialError;
 pub use pseudo_truth::{PseudoTruth, PseudoTruthError};
 pub use telemetry::TelemetryError;
-pub use writer::SequenceWriter;
+pub use writer::{SequenceWriter, png};
 
 use crate::Monitor;
 

@@ -11,6 +11,19 @@ use image::{ExtendedColorType, ImageEncoder as _, ImageError};
 
 const HEADER: &str = "time_s,roll_deg,pitch_deg,yaw_deg,range_m,fov_deg,tilt_se_deg,heading_se_deg,range_se_m\n";
 
+/// Encodes a frame as a PNG file of 16-bit samples.
+///
+/// # Errors
+/// The PNG encoder fails.
+pub fn png(frame: &Plane<u16>) -> Result<Vec<u8>, ImageError> {
+    let mut png = Cursor::new(Vec::new());
+    // The encoder takes 16-bit samples in native byte order.
+    let bytes: Vec<u8> = frame.as_slice().iter().flat_map(|sample| sample.to_ne_bytes()).collect();
+    let (width, height) = (frame.width() as u32, frame.height() as u32);
+    PngEncoder::new(&mut png).write_image(&bytes, width, height, ExtendedColorType::L16)?;
+    Ok(png.into_inner())
+}
+
 /// Encodes frames as PNG files and collects their telemetry. It writes no files.
 pub struct SequenceWriter {
     table: String,
@@ -34,11 +47,7 @@ impl SequenceWriter {
         frame: &Plane<u16>,
         telemetry: &Telemetry,
     ) -> Result<(String, Vec<u8>), ImageError> {
-        let mut png = Cursor::new(Vec::new());
-        // The encoder takes 16-bit samples in native byte order.
-        let bytes: Vec<u8> = frame.as_slice().iter().flat_map(|sample| sample.to_ne_bytes()).collect();
-        let (width, height) = (frame.width() as u32, frame.height() as u32);
-        PngEncoder::new(&mut png).write_image(&bytes, width, height, ExtendedColorType::L16)?;
+        let png = png(frame)?;
         let Telemetry { time_us, attitude, range, field_of_view, sensors, .. } = telemetry;
         let Attitude { roll, pitch, yaw } = attitude;
         let SensorErrors { tilt, heading, range: error } = sensors;
@@ -46,7 +55,7 @@ impl SequenceWriter {
         let [view, tilt, heading] = [field_of_view, tilt, heading].map(|angle| angle.to_degrees());
         let time = *time_us as f64 / 1e6;
         self.table += &format!("{time},{angles},{range},{view},{tilt},{heading},{error}\n");
-        Ok((format!("{number:05}.png"), png.into_inner()))
+        Ok((format!("{number:05}.png"), png))
     }
 
     /// Adds samples of the inertial sensor, later ones than those before.

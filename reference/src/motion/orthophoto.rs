@@ -19,8 +19,10 @@
 //! bound.
 //!
 //! The features are extracted from the raw frame and their coordinates rectified by [`crate::motion::model::transfer`]
-//! with [`View::to_ground`]. Warping the image first is no more accurate (a test compares both), so the hardware needs
-//! no warp.
+//! with [`View::to_ground`]. Warping the image first ([`raster`]) is no more accurate (a test compares both), so the
+//! hardware needs no warp.
+
+pub mod raster;
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
@@ -216,6 +218,7 @@ pub fn height_error(dh: f64, tilt: f64, phi: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::raster::Raster;
     use super::*;
     use crate::image::plane::Plane;
     use crate::motion::model::transfer;
@@ -224,59 +227,6 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     const DEGREE: f64 = std::f64::consts::PI / 180.0;
-
-    /// The raster of an orthophoto on the plane.
-    #[derive(Debug, Clone, Copy, PartialEq)]
-    struct Raster {
-        /// Columns, along `X_e`.
-        width: usize,
-        /// Rows, along `Y_e`.
-        height: usize,
-        /// Side of a pixel, m.
-        pixel: f64,
-        /// Position of the centre of pixel `(0, 0)`, m.
-        origin: Vector2<f64>,
-    }
-
-    impl Raster {
-        /// Returns a raster of `width` x `height` pixels about the point that the laser hits, each as large as a pixel
-        /// on the optical axis.
-        fn of(view: &View, width: usize, height: usize) -> Self {
-            let pixel = view.range / view.camera.focal;
-            let axis = view.attitude.rotation() * Vector3::z() * view.range;
-            let half = Vector2::new(width as f64 - 1.0, height as f64 - 1.0) / 2.0;
-            Self { width, height, pixel, origin: axis.xy() - pixel * half }
-        }
-
-        /// Returns the matrix from orthophoto pixel to metres on the plane.
-        fn to_ground(self) -> Matrix3<f64> {
-            let (s, o) = (self.pixel, self.origin);
-            Matrix3::new(s, 0.0, o.x, 0.0, s, o.y, 0.0, 0.0, 1.0)
-        }
-    }
-
-    /// Renders the frame as seen straight from above: each pixel of the raster is looked up in the frame, bilinear
-    /// between four pixels; pixels outside the view are `outside`.
-    fn warp(frame: &Plane<u16>, view: &View, raster: &Raster, outside: u16) -> Plane<u16> {
-        let to_frame = view.from_ground() * raster.to_ground();
-        Plane::from_fn(raster.width, raster.height, |x, y| {
-            transfer(&to_frame, Vector2::new(x as f64, y as f64)).and_then(|p| bilinear(frame, p)).unwrap_or(outside)
-        })
-    }
-
-    /// Returns the sample at `p`, bilinear between four pixels, or `None` outside the frame.
-    fn bilinear(frame: &Plane<u16>, p: Vector2<f64>) -> Option<u16> {
-        let (right, bottom) = (frame.width() - 1, frame.height() - 1);
-        let inside = p.x >= 0.0 && p.y >= 0.0 && p.x <= right as f64 && p.y <= bottom as f64;
-        inside.then(|| {
-            let (x, y) = (p.x.floor() as usize, p.y.floor() as usize);
-            let (s, t) = (p.x - x as f64, p.y - y as f64);
-            let at = |x: usize, y: usize| f64::from(frame[(x.min(right), y.min(bottom))]);
-            let upper = at(x, y) + s * (at(x + 1, y) - at(x, y));
-            let lower = at(x, y + 1) + s * (at(x + 1, y + 1) - at(x, y + 1));
-            (upper + t * (lower - upper)).round() as u16
-        })
-    }
 
     fn view(roll: f64, pitch: f64, yaw: f64, range: f64) -> View {
         let camera = Camera::with_field_of_view(1024, 768, 50.0 * DEGREE).unwrap();
@@ -385,7 +335,7 @@ mod tests {
             pattern(transfer(&view.to_ground(), Vector2::new(x as f64, y as f64)).unwrap()).round() as u16
         });
         let raster = Raster::of(&view, 1024, 768);
-        let warped = warp(&frame, &view, &raster, 0);
+        let warped = raster.warp(&frame, &view, 0);
         let (mut seen, mut worst) = (0, 0f64);
         for y in 0..768 {
             for x in 0..1024 {

@@ -22,7 +22,7 @@
 //! detectors", 2005, section 4.1, with positions in pixels instead of overlapping regions: all features of a scale pair
 //! have one size here.
 
-mod lbp;
+pub mod lbp;
 
 use std::ops::Range;
 

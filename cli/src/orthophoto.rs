@@ -1,0 +1,117 @@
+//! `hoverlock orthophoto`: a picture as seen straight from above.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use clap::ValueHint;
+use hoverlock_arm::message::Telemetry;
+use hoverlock_cosim::sequence::{png, telemetry};
+use hoverlock_reference::image::plane::Plane;
+use hoverlock_reference::motion::model::transfer;
+use hoverlock_reference::motion::orthophoto::raster::Raster;
+use hoverlock_reference::motion::orthophoto::{Camera, View, height_error};
+use nalgebra::Vector2;
+use serde::Serialize;
+
+use crate::Verdict;
+use crate::choice::between;
+use crate::output::{check_target, print, print_json, shown, write_file};
+use crate::picture::{Limit, open};
+
+/// Columns and rows of the places at which the error is evaluated.
+const GRID: usize = 32;
+
+/// Warp a picture to the level plane through the point that the laser hits.
+///
+/// The orthophoto has the size of the picture, and on the optical axis its scale. Pixels that the camera does not see
+/// are 0. Ground that is off the plane is displaced; the error is that of formula (1) for ground lower by --relief.
+///
+/// Examples:
+///   hoverlock orthophoto frame.png --telemetry row.csv
+///   hoverlock orthophoto frame.png --telemetry row.csv --relief 3 --out above.png --json
+#[derive(clap::Args)]
+#[command(verbatim_doc_comment, after_long_help = include_str!("../help/telemetry.txt"))]
+pub struct Args {
+    /// The picture: PNG, JPEG, TIFF, BMP, PNM or WebP; - reads it from standard input
+    #[arg(value_name = "PICTURE")]
+    picture: PathBuf,
+    /// Where it was taken from, one row
+    #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
+    telemetry: PathBuf,
+    /// Height of the plane over the ground for which the error is stated, m
+    #[arg(long, value_name = "DH", default_value = "10", value_parser = between(0.0, 1000.0))]
+    relief: f64,
+    /// The PNG to write
+    #[arg(long, value_name = "FILE.png", default_value = "out/orthophoto.png", value_hint = ValueHint::FilePath)]
+    out: PathBuf,
+    #[command(flatten)]
+    limit: Limit,
+    /// One JSON object on stdout: metres_per_pixel error_m error_max_m height_m out
+    #[arg(long)]
+    json: bool,
+}
+
+/// The JSON object of `--json`.
+#[derive(Serialize)]
+struct Report {
+    metres_per_pixel: f64,
+    /// Displacement of a point by the relief, m: the mean over the picture.
+    error_m: f64,
+    /// The largest.
+    error_max_m: f64,
+    height_m: f64,
+    #[serde(serialize_with = "crate::output::lossy")]
+    out: PathBuf,
+}
+
+pub fn run(args: &Args) -> Result<Verdict> {
+    check_target("--out", &args.out, &["png"], &[Path::new(&args.picture), &args.telemetry])?;
+    let rows = telemetry::read(&args.telemetry, 1)?;
+    let Telemetry { attitude, range, field_of_view, .. } = rows[0];
+    let picture = open(&args.picture, &args.limit, 1, None)?.luma;
+    let camera = Camera::with_field_of_view(picture.width(), picture.height(), field_of_view)?;
+    let view = View::new(camera, attitude, range)?;
+    let raster = Raster::of(&view, picture.width(), picture.height());
+    let photo = raster.warp(&picture, &view, 0);
+    write_file(&args.out, &png(&photo).context("the orthophoto cannot be encoded")?)?;
+    let errors = errors(&view, &picture, args.relief);
+    let report = Report {
+        metres_per_pixel: raster.pixel,
+        error_m: errors.iter().sum::<f64>() / errors.len().max(1) as f64,
+        error_max_m: errors.iter().copied().fold(0.0, f64::max),
+        height_m: view.height(),
+        out: args.out.clone(),
+    };
+    if args.json {
+        print_json(&report)?;
+    } else {
+        print(&format!(
+            "{:.4} m a pixel, from {:.1} m\nground lower by {} m is displaced by {:.2} m on average, {:.2} m at \
+             most\n{}\n",
+            report.metres_per_pixel,
+            report.height_m,
+            args.relief,
+            report.error_m,
+            report.error_max_m,
+            shown(&args.out)
+        ))?;
+    }
+    Ok(Verdict::Pass)
+}
+
+/// Returns the displacement (m) of places all over a picture, for ground that is lower by `dh` (m).
+fn errors(view: &View, picture: &Plane<u16>, dh: f64) -> Vec<f64> {
+    let [width, height] = [picture.width(), picture.height()].map(|size| size as f64);
+    let places = (0..GRID * GRID).map(|i| {
+        let part = |k: usize| (k as f64 + 0.5) / GRID as f64;
+        Vector2::new(width * part(i % GRID), height * part(i / GRID))
+    });
+    let attitude = view.attitude();
+    places
+        .filter_map(|place| transfer(&view.camera().inverse(), place))
+        .map(|ray| {
+            let x = height_error(dh, attitude.roll, ray.x.atan());
+            x.hypot(height_error(dh, attitude.pitch, ray.y.atan()))
+        })
+        .collect()
+}

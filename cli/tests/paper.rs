@@ -1,0 +1,75 @@
+//! `hoverlock scene`, `orthophoto` and `paper`, as a user runs them.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn hoverlock(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_hoverlock")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+fn json(folder: &Path, arguments: &[&str]) -> Value {
+    let output = hoverlock(folder, arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn refused(folder: &Path, arguments: &[&str], words: &str) {
+    let output = hoverlock(folder, arguments);
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{stderr}");
+    assert!(stderr.contains(words) && stderr.trim_end().lines().count() == 1, "{stderr}");
+}
+
+#[test]
+fn a_tilted_frame_warped_is_the_frame_from_above() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let scene = json(folder, &["scene", "helipad-in-mist", "--out", "above.png", "--json"]);
+    assert_eq!((&scene["width"], &scene["height"]), (&Value::from(1024), &Value::from(768)));
+    let [roll, pitch, yaw] = [4.0f64, -3.0, 12.0];
+    let look = format!("{roll},{pitch},{yaw}");
+    hoverlock(folder, &["scene", "helipad-in-mist", "--look", &look, "--out", "tilted.png"]);
+    // The apron is level, so the laser measures 50 m over the cosine of the tilt.
+    let range = 50.0 / (roll.to_radians().cos() * pitch.to_radians().cos());
+    let row = format!("roll_deg,pitch_deg,yaw_deg,range_m,fov_deg\n{roll},{pitch},{yaw},{range},50\n");
+    fs::write(folder.join("row.csv"), row).unwrap();
+    let warped = json(folder, &["orthophoto", "tilted.png", "--telemetry", "row.csv", "--out", "warped.png", "--json"]);
+    assert!((warped["height_m"].as_f64().unwrap() - 50.0).abs() < 1e-6);
+    let focal = 512.0 / 25f64.to_radians().tan();
+    let pixel = warped["metres_per_pixel"].as_f64().unwrap();
+    assert!((pixel - range / focal).abs() < 1e-9, "{pixel}");
+    let found = json(folder, &["match", "above.png", "warped.png", "--model", "similarity", "--json"]);
+    let h: Vec<f64> = found["homography"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
+    assert!((h[0] - 50.0 / focal / pixel).abs() < 2e-3 && h[1].abs() < 2e-3, "{h:?}");
+    // The middle is where the laser hits.
+    let moved = &found["displacement_px"];
+    let axis = [roll, pitch].map(f64::to_radians);
+    let expected = [axis[0].tan() * 50.0 / axis[1].cos() / pixel, axis[1].tan() * 50.0 / pixel];
+    let turned = {
+        let (sin, cos) = yaw.to_radians().sin_cos();
+        [cos * expected[0] - sin * expected[1], sin * expected[0] + cos * expected[1]]
+    };
+    for i in 0..2 {
+        assert!((moved[i].as_f64().unwrap() + turned[i]).abs() < 1.5, "{moved} {turned:?}");
+    }
+}
+
+#[test]
+fn bad_places_and_telemetry_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    refused(folder, &["scene", "moon"], "moon");
+    refused(folder, &["scene", "town", "--look", "80,0,0"], "80 degrees off the vertical");
+    refused(folder, &["scene", "town", "--at", "1,2"], "three numbers");
+    refused(folder, &["scene", "town", "--at", "0,0,-5"], "above the ground");
+    refused(folder, &["scene", "town", "--at", "0,0,nan"], "nan");
+    refused(folder, &["scene", "town", "--out", "town.bmp"], "png");
+    hoverlock(folder, &["scene", "field", "--out", "field.png"]);
+    refused(folder, &["orthophoto", "field.png", "--telemetry", "absent.csv"], "absent.csv");
+    fs::write(folder.join("row.csv"), "roll_deg,pitch_deg,yaw_deg,range_m,fov_deg\n95,0,0,50,50\n").unwrap();
+    refused(folder, &["orthophoto", "field.png", "--telemetry", "row.csv"], "row");
+    assert!(!folder.join("out").exists(), "a refused command leaves nothing");
+}
