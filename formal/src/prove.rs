@@ -21,6 +21,12 @@ pub enum ProveError {
         /// Error of the engine.
         error: EngineError,
     },
+    /// The claim is not proved without a mutation, so a proof that fails with one means nothing.
+    #[error("{claim}: not proved without a mutation: correct the claim or raise the time limit")]
+    Unproved {
+        /// Name of the claim.
+        claim: String,
+    },
     /// The text of a mutant does not occur exactly once.
     #[error("{claim}: mutant {number}: its text occurs {found} times in {file}, not once; correct the claim's file")]
     Mutant {
@@ -218,7 +224,7 @@ fn run_with(claim: &Claim, task: Task, changed: Option<&FaultySource>, place: &P
 }
 
 /// Returns the sources of a claim: the originals, or copies in `work` if they are observed, changed or golden.
-fn prepare(
+pub(crate) fn prepare(
     claim: &Claim,
     changed: Option<&FaultySource>,
     folder: &Path,

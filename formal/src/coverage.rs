@@ -1,0 +1,533 @@
+//! Coverage of a claim: the share of mutations drawn by chance that its proof detects.
+//!
+//! Yosys draws mutations of the modules under the claim (`mutate -list`): a bit of a cell's port is inverted, constant,
+//! or inverted by another bit. All of them are put into one transition system, where a constant input selects one.
+//! Each is then in one of five classes, see [`Class`].
+//!
+//! A mutation is harmless if it changes no output in any run that the claim allows. This is an induction over pairs of
+//! runs: original and mutant start a step with equal registers, the original is in a state that the claim's proved
+//! properties allow, and inputs are equal; then outputs and registers are equal after it. Registers that differ are taken out
+//! of the assumption, and the induction is repeated without them, until the rest is inductive or an output differs.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+use tempfile::TempDir;
+
+use crate::claim::{Claim, Hole};
+use crate::engine::{
+    EngineError, at_path, find_solver, prepare_command, read_commands, run_yosys, top_option, write, write_commands,
+};
+use crate::prove::{Place, ProveError, prepare};
+use crate::system::{Start, System};
+
+/// Name and width of the input that selects a mutation.
+const SELECT: (&str, usize) = ("selected_mutation", 16);
+/// Time for the search for a run from reset that violates a property, once the induction has failed.
+const RUN_LIMIT: Duration = Duration::from_secs(1);
+/// Largest number of mutations of a claim.
+pub const MAX_MUTATIONS: u32 = 10_000;
+
+/// A mutation that Yosys has drawn.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Mutation {
+    /// Number in the drawing, from 1.
+    pub number: usize,
+    /// `inv`, `const0`, `const1`, or `cnot0` and `cnot1`: inverted if another bit of the port is 0 or 1.
+    pub mode: String,
+    /// Name of the module.
+    pub module: String,
+    /// Port of the cell, with the bit.
+    pub port: String,
+    /// Wire at the port, if it has a name in the source, with the bit.
+    pub wire: Option<String>,
+    /// Source file.
+    pub file: String,
+    /// Line of the cell in the source, from 1.
+    pub line: usize,
+    /// Text of this line.
+    pub text: String,
+    /// The command of Yosys that applies it, without `mutate`.
+    #[serde(skip)]
+    command: String,
+}
+
+/// The class of a mutation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Class {
+    /// Changes no output in any run that the claim allows, which is proved.
+    Harmless,
+    /// A run from reset violates a property.
+    Refuted,
+    /// The induction fails. No run from reset was found that violates a property, in a few steps and seconds.
+    Unproved,
+    /// The claim is proved with the mutation in place, and the mutation is not proved to be harmless.
+    Survivor,
+    /// The time limit was reached before the mutation was in another class.
+    Undecided,
+}
+
+impl Class {
+    /// Returns `true` if the proof fails with the mutation in place.
+    pub fn is_killed(self) -> bool {
+        matches!(self, Self::Refuted | Self::Unproved)
+    }
+}
+
+/// Mutations of a claim, ready to be classified.
+#[derive(Debug)]
+pub struct Campaign<'a> {
+    claim: &'a Claim,
+    work: TempDir,
+    system: System,
+    mutations: Vec<Mutation>,
+    /// The input that selects a mutation.
+    select: usize,
+    /// Outputs of the modules, and inputs of those that the claim abstracts.
+    outputs: Vec<usize>,
+    limit: Duration,
+}
+
+/// The solver's answer to one query.
+enum Reply {
+    Unsatisfiable,
+    /// With the names that are true.
+    Satisfiable(Vec<usize>),
+    TimedOut,
+}
+
+impl<'a> Campaign<'a> {
+    /// Draws mutations of a claim and proves the claim without any. Fewer are drawn if the modules have fewer.
+    ///
+    /// # Errors
+    /// If Yosys or the solver is missing or rejects the Verilog, or the claim is not proved without a mutation.
+    pub fn new(claim: &'a Claim, place: &Place, mutations: u32, seed: u32) -> Result<Self, ProveError> {
+        let wrong = |error| ProveError::Engine { claim: claim.name.clone(), error };
+        let work = tempfile::tempdir().map_err(at_path(&std::env::temp_dir())).map_err(wrong)?;
+        let folder = work.path();
+        let mut sources = Vec::new();
+        for path in prepare(claim, None, place.sources, folder)? {
+            let Some(name) = path.file_name() else { continue };
+            let copy = folder.join(name);
+            if copy != path {
+                fs::copy(&path, &copy).map_err(at_path(&path)).map_err(wrong)?;
+            }
+            sources.push(copy);
+        }
+        for name in &claim.cut {
+            let file = folder.join(format!("{name}.v"));
+            let text = fs::read_to_string(&file).map_err(at_path(&file)).map_err(wrong)?;
+            write(&file, &without_contents(&text)).map_err(wrong)?;
+        }
+        let read = read_commands(claim, &sources, folder).map_err(wrong)?;
+        let drawn = draw(claim, &read, folder, place.sources, mutations as usize, seed).map_err(wrong)?;
+        let model = folder.join("model.smt2");
+        let (select, width) = SELECT;
+        let design = folder.join("base.il");
+        let design = fs::read_to_string(&design).map_err(at_path(&design)).map_err(wrong)?;
+        let mut own = Vec::new();
+        for path in &sources {
+            own.push(fs::read_to_string(path).map_err(at_path(path)).map_err(wrong)?);
+        }
+        let own: Vec<&str> = own.iter().flat_map(|text| modules(text)).collect();
+        let (top, outputs) = outputs(claim, &own, &design);
+        let mut script = "read_rtlil base.il\n".to_owned();
+        // An output that the wrapper does not connect would disappear.
+        for Output { module, port, .. } in &outputs {
+            script += &format!("setattr -set keep 1 {module}/w:{port}\n");
+        }
+        script += &format!("mutate -ctrl {select} {width} 0 -mode none -module {top}\n");
+        for Mutation { number, command, .. } in &drawn {
+            script += &format!("mutate -ctrl {select} {width} {number} {command}\n");
+        }
+        script += &prepare_command(claim);
+        script += &write_commands(&model);
+        run_yosys(&script, folder).map_err(wrong)?;
+        let text = fs::read_to_string(&model).map_err(at_path(&model)).map_err(wrong)?;
+        let form = |reason: &str| EngineError::Refused { program: "yosys", reason: reason.into() };
+        let system = System::parse(&text, claim.cut_products)
+            .map_err(|statement| wrong(form(&format!("a statement has an unknown form: {statement}"))))?;
+        let outputs = outputs
+            .iter()
+            .map(|Output { wire, .. }| {
+                system.signal(&format!("_n {wire}")).ok_or_else(|| wrong(form(&format!("{wire} is absent"))))
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        let select = system.input(select).ok_or_else(|| wrong(form("no input selects a mutation")))?;
+        let campaign = Self { select, claim, work, system, mutations: drawn, outputs, limit: place.limit };
+        let none = campaign.name("none");
+        let steps = claim.depth + u32::from(!claim.bounded);
+        let proved = (claim.bounded || campaign.induction(0, &none)?.is_unsatisfiable())
+            && campaign.base(0, steps, place.limit, &none)?.is_unsatisfiable();
+        match proved {
+            true => Ok(campaign),
+            false => Err(ProveError::Unproved { claim: claim.name.clone() }),
+        }
+    }
+
+    /// Mutations in the order in which they were drawn.
+    pub fn mutations(&self) -> &[Mutation] {
+        &self.mutations
+    }
+
+    /// Returns the class of a mutation, and the wall time that this took, s.
+    ///
+    /// # Errors
+    /// If the solver fails.
+    pub fn classify(&self, mutation: &Mutation) -> Result<(Class, f64), ProveError> {
+        let start = Instant::now();
+        let class = self.class(mutation.number)?;
+        Ok((class, start.elapsed().as_secs_f64()))
+    }
+
+    fn class(&self, number: usize) -> Result<Class, ProveError> {
+        if self.is_harmless(number)? {
+            return Ok(Class::Harmless);
+        }
+        let induction = match self.claim.bounded {
+            true => Reply::Unsatisfiable,
+            false => self.induction(number, &self.name(&format!("step{number}")))?,
+        };
+        // A run from reset is evidence that is easier to understand than an induction that fails.
+        let (steps, limit) = match induction {
+            Reply::Satisfiable(_) => (self.claim.fault.max(self.claim.depth + 1), self.limit.min(RUN_LIMIT)),
+            _ => (self.claim.depth + u32::from(!self.claim.bounded), self.limit),
+        };
+        let base = self.base(number, steps, limit, &self.name(&format!("base{number}")))?;
+        Ok(match (base, induction) {
+            (Reply::Satisfiable(_), _) => Class::Refuted,
+            (_, Reply::Satisfiable(_)) => Class::Unproved,
+            (Reply::Unsatisfiable, Reply::Unsatisfiable) => Class::Survivor,
+            _ => Class::Undecided,
+        })
+    }
+
+    fn name(&self, query: &str) -> String {
+        format!("{query}.smt2")
+    }
+
+    /// The predicate of this name: properties `_a`, assumptions `_u`, initial values `_i`, first step `_is`.
+    fn predicate(&self, name: &str) -> Result<usize, ProveError> {
+        let reason = format!("the transition system has no {name}");
+        let error = EngineError::Refused { program: "yosys", reason };
+        self.system.signal(name).ok_or_else(|| ProveError::Engine { claim: self.claim.name.clone(), error })
+    }
+
+    /// Appends the steps of a run to a query.
+    fn run(&self, query: &mut String, steps: u32, number: usize) -> Result<[usize; 3], ProveError> {
+        let [a, u, i] = [self.predicate("_a")?, self.predicate("_u")?, self.predicate("_i")?];
+        for step in 0..steps {
+            let before = format!("s{}", step.wrapping_sub(1));
+            let from = if step == 0 { Start::Anything } else { Start::Step(&before) };
+            self.step(query, &format!("s{step}"), from, number)?;
+        }
+        Ok([a, u, i])
+    }
+
+    fn step(&self, query: &mut String, name: &str, from: Start, number: usize) -> Result<(), ProveError> {
+        let mut roots = vec![self.predicate("_a")?, self.predicate("_u")?, self.predicate("_i")?];
+        roots.extend(&self.outputs);
+        self.system.step(query, name, from, (self.select, &format!("#x{number:04x}")), &roots);
+        Ok(())
+    }
+
+    /// Is there a run from reset that violates a property within this number of steps?
+    fn base(&self, number: usize, steps: u32, limit: Duration, file: &str) -> Result<Reply, ProveError> {
+        let mut query = self.system.head();
+        let [a, u, i] = self.run(&mut query, steps, number)?;
+        query += &format!("(assert v{i}_s0)\n");
+        self.first_step(&mut query, steps, true);
+        // The assumptions hold up to the step of the violation.
+        let mut violated = "false".to_owned();
+        for step in (0..steps).rev() {
+            violated = format!("(and v{u}_s{step} (or (not v{a}_s{step}) {violated}))");
+        }
+        query += &format!("(assert {violated})\n");
+        self.solve(&query, &[], limit, file)
+    }
+
+    /// Are there `depth` steps without a violation that are followed by one?
+    fn induction(&self, number: usize, file: &str) -> Result<Reply, ProveError> {
+        let depth = self.claim.depth;
+        let mut query = self.system.head();
+        let [a, u, _] = self.run(&mut query, depth + 1, number)?;
+        self.first_step(&mut query, depth + 1, false);
+        for step in 0..=depth {
+            let holds = if step == depth { format!("(not v{a}_s{step})") } else { format!("v{a}_s{step}") };
+            query += &format!("(assert (and v{u}_s{step} {holds}))\n");
+        }
+        self.solve(&query, &[], self.limit, file)
+    }
+
+    /// States whether step 0 is the first of a run; no other is.
+    fn first_step(&self, query: &mut String, steps: u32, first: bool) {
+        let Some(is) = self.system.signal("_is").filter(|is| query.contains(&format!("v{is}_s0 "))) else { return };
+        for step in 0..steps {
+            let value = first && step == 0;
+            *query += &format!("(assert (= v{is}_s{step} {value}))\n");
+        }
+    }
+
+    /// Runs the induction over pairs of runs.
+    fn is_harmless(&self, number: usize) -> Result<bool, ProveError> {
+        let [a, u] = [self.predicate("_a")?, self.predicate("_u")?];
+        let mut different: Vec<usize> = Vec::new();
+        loop {
+            let mut query = self.system.head();
+            self.step(&mut query, "s0", Start::Anything, 0)?;
+            self.step(&mut query, "s1", Start::Step("s0"), 0)?;
+            self.step(&mut query, "m0", Start::Same("s0", &different), number)?;
+            query += &format!("(assert (and v{u}_s0 v{u}_s1))\n");
+            if !self.claim.bounded {
+                query += &format!("(assert (and v{a}_s0 v{a}_s1))\n");
+            }
+            let mut flags = Vec::new();
+            for &output in &self.outputs {
+                query += &format!("(define-fun d{} () Bool (distinct v{output}_s0 v{output}_m0))\n", flags.len());
+                flags.push(output);
+            }
+            let registers = self.system.registers().filter(|at| !different.contains(at));
+            for register in registers {
+                let [one, two] = ["s0", "m0"].map(|step| self.system.next_value(register, step));
+                query += &format!("(define-fun d{} () Bool (distinct {one} {two}))\n", flags.len());
+                flags.push(register);
+            }
+            let any: String = (0..flags.len()).map(|at| format!(" d{at}")).collect();
+            query += &format!("(assert (or{any}))\n");
+            match self.solve(&query, &flags, self.limit, &self.name(&format!("pair{number}")))? {
+                Reply::Unsatisfiable => return Ok(true),
+                Reply::Satisfiable(now) if !now.is_empty() && now.iter().all(|&at| at >= self.outputs.len()) => {
+                    different.extend(now.iter().map(|&at| flags[at]));
+                }
+                Reply::Satisfiable(_) | Reply::TimedOut => return Ok(false),
+            }
+        }
+    }
+
+    /// Runs the solver on a query with flags `d0`, `d1` and so on.
+    fn solve(&self, query: &str, flags: &[usize], limit: Duration, file: &str) -> Result<Reply, ProveError> {
+        let wrong = |error| ProveError::Engine { claim: self.claim.name.clone(), error };
+        let program = find_solver().map_err(wrong)?;
+        let values: String = (0..flags.len()).map(|at| format!(" d{at}")).collect();
+        let values = if flags.is_empty() { String::new() } else { format!("(get-value ({values}))\n") };
+        let path = self.work.path().join(file);
+        write(&path, &format!("{query}(check-sat)\n{values}")).map_err(wrong)?;
+        let limit = format!("--timeout={}", limit.as_secs().max(1));
+        let output = Command::new(program).arg(limit).arg(&path).stdin(Stdio::null()).output();
+        let output = output.map_err(at_path(&path)).map_err(wrong)?;
+        fs::remove_file(&path).map_err(at_path(&path)).map_err(wrong)?;
+        let text = String::from_utf8_lossy(&output.stdout);
+        let (answer, rest) = text.split_once('\n').unwrap_or((&text, ""));
+        match answer.trim() {
+            "unsat" => Ok(Reply::Unsatisfiable),
+            "sat" => Ok(Reply::Satisfiable(
+                rest.split('(')
+                    .filter_map(|part| part.trim().strip_prefix('d')?.split_once(" true")?.0.parse().ok())
+                    .collect(),
+            )),
+            "unknown" | "interrupted" | "timeout" => Ok(Reply::TimedOut),
+            other => Err(wrong(EngineError::Refused { program: "yices-smt2", reason: other.to_owned() })),
+        }
+    }
+}
+
+impl Reply {
+    fn is_unsatisfiable(&self) -> bool {
+        matches!(self, Self::Unsatisfiable)
+    }
+}
+
+impl Hole {
+    /// Returns `true` if the hole is about this mutation.
+    pub fn matches(&self, mutation: &Mutation) -> bool {
+        self.file == mutation.file && self.lines.iter().any(|line| mutation.text.contains(line.as_str()))
+    }
+}
+
+/// Returns the names of the modules in a source.
+fn modules(text: &str) -> impl Iterator<Item = &str> {
+    let heads = text.lines().filter_map(|line| line.trim_start().strip_prefix("module "));
+    heads.filter_map(|rest| rest.split(|c: char| !(c.is_alphanumeric() || c == '_')).find(|word| !word.is_empty()))
+}
+
+/// Returns a module without its contents: its outputs may have any value in each step, and its inputs stay visible.
+fn without_contents(text: &str) -> String {
+    let mut head: String = text.lines().take_while(|line| *line != ");").map(|line| format!("{line}\n")).collect();
+    head = head.replace("output reg ", "output wire ");
+    // Yosys takes a module with nothing in it for a black box, which it does not flatten.
+    head + ");\nwire abstracted;\nendmodule\n"
+}
+
+/// Draws mutations and writes the design that they are about as `base.il`.
+fn draw(
+    claim: &Claim,
+    read: &str,
+    folder: &Path,
+    originals: &Path,
+    number: usize,
+    seed: u32,
+) -> Result<Vec<Mutation>, EngineError> {
+    let mut texts = BTreeMap::new();
+    for file in &claim.sources {
+        let path = originals.join(file);
+        let name = path.file_name().map_or(file.clone(), |name| name.to_string_lossy().into_owned());
+        texts.insert(name, fs::read_to_string(&path).map_err(at_path(&path))?);
+    }
+    let of_claim = texts.iter().filter(|(file, _)| !claim.elsewhere.contains_key(*file));
+    let modules: Vec<&str> =
+        of_claim.flat_map(|(_, text)| modules(text)).filter(|name| !claim.cut.iter().any(|cut| cut == name)).collect();
+    let list = folder.join("mutations.txt");
+    let top = top_option(claim);
+    let mut asked = number;
+    loop {
+        // The first of a longer list are those of a shorter one.
+        let script = format!(
+            "{read}hierarchy -check {top}\nproc\nwrite_rtlil base.il\nmutate -list {asked} -seed {seed} -o \
+             mutations.txt {}\n",
+            modules.join(" ")
+        );
+        run_yosys(&script, folder)?;
+        let text = fs::read_to_string(&list).map_err(at_path(&list))?;
+        let mut drawn: Vec<Mutation> = text.lines().filter_map(|line| Mutation::parse(line, &texts)).collect();
+        if drawn.len() >= number || text.lines().count() < asked {
+            drawn.truncate(number);
+            (1..).zip(&mut drawn).for_each(|(number, mutation)| mutation.number = number);
+            return Ok(drawn);
+        }
+        asked += number - drawn.len();
+    }
+}
+
+impl Mutation {
+    /// Reads a line of `mutate -list`. Returns `None` for pins that are no part of the modules: clocks, which the
+    /// transition system does not have, enables of memories that are read without a clock, and what a proof adds to observe.
+    fn parse(line: &str, sources: &BTreeMap<String, String>) -> Option<Self> {
+        let line = line.strip_prefix("mutate ")?;
+        let words: Vec<&str> = line.split(' ').collect();
+        let value = |key: &str| words.iter().position(|word| *word == key).and_then(|at| words.get(at + 1)).copied();
+        let (mode, module, cell) = (value("-mode")?, value("-module")?, value("-cell")?);
+        let (port, bit, wire) = (value("-port")?, value("-portbit")?, value("-wire"));
+        let clock = ["CLK", "clock"].contains(&port) || wire == Some("clock");
+        if clock || (cell.starts_with("$memrd") && port == "EN") {
+            return None;
+        }
+        // The cell's place is the shortest range; that of a wire is its declaration.
+        let places = words.iter().zip(words.iter().skip(1)).filter(|(key, _)| **key == "-src").map(|(_, value)| value);
+        let places: Vec<(&str, usize)> = places
+            .filter_map(|place| {
+                let (file, range) = place.rsplit_once(':')?;
+                Some((file, range.split(['.', '-']).next()?.parse().ok()?))
+            })
+            .filter(|(_, line)| *line > 0)
+            .collect();
+        let observed = |(file, line): &(&str, usize)| {
+            let text = sources.get(*file).map_or("", String::as_str);
+            text.lines().count() <= *line
+        };
+        if places.iter().any(observed) {
+            return None;
+        }
+        let declaration = |&(file, line): &(&str, usize)| {
+            let text = sources.get(file).and_then(|text| text.lines().nth(line - 1)).unwrap_or_default().trim_start();
+            ["module ", "input ", "output ", "reg ", "always "].iter().any(|word| text.starts_with(word))
+        };
+        let (file, line_number) =
+            places.iter().find(|place| !declaration(place)).or(places.first()).copied().unwrap_or(("", 0));
+        let text = sources.get(file).and_then(|text| text.lines().nth(line_number.wrapping_sub(1))).unwrap_or_default();
+        let control = value("-ctrlbit").map_or(String::new(), |bit| format!(" by bit {bit}"));
+        let command = ["-mode", "-module", "-cell", "-port", "-portbit", "-ctrlbit"]
+            .iter()
+            .filter_map(|key| Some(format!("{key} {}", value(key)?)))
+            .collect::<Vec<_>>()
+            .join(" ");
+        Some(Self {
+            number: 0,
+            mode: format!("{mode}{control}"),
+            module: module.to_owned(),
+            port: format!("{port}[{bit}] of {cell}"),
+            wire: wire.map(|wire| format!("{wire}[{}]", value("-wirebit").unwrap_or("0"))),
+            file: file.to_owned(),
+            line: line_number,
+            text: text.trim().to_owned(),
+            command,
+        })
+    }
+}
+
+/// Returns the names of what the surroundings of the modules under a claim see: outputs of the modules that the wrapper
+/// instantiates, and inputs of those that the claim abstracts, after the name of the wrapper. `own` are the modules of
+/// the claim's sources; `design` is written by `write_rtlil`.
+fn outputs(claim: &Claim, own: &[&str], design: &str) -> (String, Vec<Output>) {
+    let mut modules: BTreeMap<&str, Module> = BTreeMap::new();
+    let (mut current, mut top, mut is_top) = ("", "", false);
+    for line in design.lines() {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        match words.as_slice() {
+            ["attribute", "\\top", _] => is_top = true,
+            ["module", name] if line.starts_with("module ") => {
+                current = name.trim_start_matches('\\');
+                if std::mem::take(&mut is_top) {
+                    top = current;
+                }
+            }
+            ["cell", kind, name] => {
+                let names = [*kind, *name].map(|word| word.trim_start_matches('\\'));
+                modules.entry(current).or_default().instances.push((names[0], names[1]));
+            }
+            ["wire", settings @ .., name] => {
+                let of = modules.entry(current).or_default();
+                let name = name.trim_start_matches('\\');
+                if settings.contains(&"output") {
+                    of.outputs.push(name);
+                } else if settings.contains(&"input") {
+                    of.inputs.push(name);
+                }
+            }
+            _ => {}
+        }
+    }
+    let mut found = Vec::new();
+    let mut open = vec![(top, String::new())];
+    while let Some((module, path)) = open.pop() {
+        let Some(of) = modules.get(module) else { continue };
+        for (kind, name) in &of.instances {
+            let inner = format!("{path}{name}.");
+            let Some(instance) = modules.get(kind).filter(|_| own.contains(kind)) else { continue };
+            let ports: &[&str] = match (claim.cut.iter().any(|cut| cut == kind), path.is_empty()) {
+                (true, _) => &instance.inputs,
+                (false, true) => &instance.outputs,
+                (false, false) => &[],
+            };
+            found.extend(ports.iter().filter(|port| **port != "clock").map(|port| Output {
+                module: (*kind).to_owned(),
+                port: (*port).to_owned(),
+                wire: format!("{inner}{port}"),
+            }));
+            open.push((kind, inner));
+        }
+    }
+    (top.to_owned(), found)
+}
+
+/// A port that the surroundings of the modules under a claim see.
+#[derive(Debug)]
+struct Output {
+    module: String,
+    port: String,
+    /// Name of its wire in the flat module.
+    wire: String,
+}
+
+/// Ports and instances of a module.
+#[derive(Debug, Default)]
+struct Module<'a> {
+    inputs: Vec<&'a str>,
+    outputs: Vec<&'a str>,
+    /// Type and name of each cell.
+    instances: Vec<(&'a str, &'a str)>,
+}
