@@ -19,11 +19,11 @@ use hoverlock_reference::features::maxima::strongest_per_cell;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::estimate::Estimate;
 use hoverlock_reference::motion::estimator::Estimator;
-use hoverlock_reference::motion::matching::matched_pairs;
+use hoverlock_reference::motion::matching::{Distance, Matching, matched_pairs};
 use hoverlock_reference::motion::model::{Model, Pair, transfer};
 use hoverlock_reference::motion::orthophoto::{Camera, View};
 use hoverlock_reference::motion::pose::{self, Pose, PoseError};
-use hoverlock_reference::motion::ransac::{Ransac, RansacError};
+use hoverlock_reference::motion::ransac::{Functional, Ransac, RansacError};
 use hoverlock_reference::motion::refine::refined;
 use hoverlock_reference::smoothing::recursive::border::Border;
 use hoverlock_reference::smoothing::smoother::Smoother;
@@ -33,6 +33,7 @@ use nalgebra::Vector2;
 use serde::Serialize;
 
 use crate::Verdict;
+use crate::choice::between;
 use crate::design::Chosen;
 use crate::output::{check_target, print, print_json, verdict, write_file};
 use crate::picture::{Limit, open};
@@ -78,6 +79,19 @@ pub struct Args {
     /// bit_true in integers for fixed
     #[arg(long, value_enum, conflicts_with = "features")]
     level: Option<ClearLevel>,
+    /// Words of the descriptors that are compared
+    #[arg(long, value_enum, default_value = "full")]
+    descriptor: Words,
+    /// Distance of two descriptors
+    #[arg(long, value_enum, default_value = "lexicographic")]
+    distance: DistanceKind,
+    /// Weight C of the squared difference of the responses in --distance sum, one over squared DN
+    #[arg(long, value_name = "C", required_if_eq("distance", "sum"), allow_negative_numbers = true,
+        value_parser = between(0.0, 1e6))]
+    contrast: Option<f64>,
+    /// Quality functional of the search; least squares on the inliers follow, after which it hardly matters
+    #[arg(long, value_enum, default_value = "msac")]
+    functional: FunctionalKind,
     #[command(flatten)]
     chosen: Chosen,
     #[command(flatten)]
@@ -115,6 +129,34 @@ enum Source {
     Fixed,
     /// The hardware, simulated; every plane and record is compared with the bit-true model on the way
     Rtl,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Words {
+    /// MaxLBP and signs, 64 bits a scale pair
+    Full,
+    /// MaxLBP alone, 32 bits a scale pair
+    Strict,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum DistanceKind {
+    /// Hamming distance; the difference of the responses decides between equal ones
+    Lexicographic,
+    /// Hamming distance plus C times the squared difference of the responses
+    Sum,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum FunctionalKind {
+    /// Votes alone
+    Count,
+    /// Votes plus K times the sum of the squared errors, as usually printed
+    Plus,
+    /// Votes minus K times that sum
+    Minus,
+    /// Votes minus the sum over the largest squared error of a vote
+    Msac,
 }
 
 /// A model level whose clear code extracts features.
@@ -166,7 +208,8 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let (reference, current) = (open(&args.reference)?, open(&args.current)?);
     let [from, to] = source.extract(&design, [&reference, &current], args.level.is_some())?;
     let wanted = args.model.model();
-    let estimator = Estimator { ransac: Ransac { model: wanted, ..Ransac::default() }, ..Estimator::default() };
+    let ransac = Ransac { model: wanted, functional: args.functional.functional(), ..Ransac::default() };
+    let estimator = Estimator { matching: args.matching()?, ransac };
     let outcome = match estimator.estimate(&from, &to) {
         Ok(estimate) => Ok(estimate),
         Err(error) if error.is_no_estimate() => Err(error),
@@ -309,6 +352,29 @@ fn simulated(design: &DesignPoint, frames: &[Crop]) -> Result<Vec<Vec<FeatureRec
 
 fn centre(picture: &Plane<u16>) -> Vector2<f64> {
     Vector2::new(picture.width() as f64 - 1.0, picture.height() as f64 - 1.0) / 2.0
+}
+
+impl Args {
+    /// Returns the matching of the estimator, with the distance and the words that were asked for.
+    fn matching(&self) -> Result<Matching> {
+        let distance = match (self.distance, self.contrast) {
+            (DistanceKind::Sum, Some(c)) => Distance::Sum(c),
+            (_, None) => Distance::Lexicographic,
+            (DistanceKind::Lexicographic, Some(_)) => bail!("--contrast is a part of --distance sum; name both"),
+        };
+        Ok(Matching { distance, strict: self.descriptor == Words::Strict, ..Estimator::default().matching })
+    }
+}
+
+impl FunctionalKind {
+    fn functional(self) -> Functional {
+        match self {
+            Self::Count => Functional::Count,
+            Self::Plus => Functional::Added(None),
+            Self::Minus => Functional::Subtracted(None),
+            Self::Msac => Functional::Msac,
+        }
+    }
 }
 
 impl Kind {

@@ -50,6 +50,32 @@ fn known_motion() -> Matrix3<f64> {
     Matrix3::new(1.03 * c, -1.03 * s, 25.0, 1.03 * s, 1.03 * c, -40.0, 2e-5, -1e-5, 1.0)
 }
 
+/// The forms of distance, descriptor and functional that are described beside the default ones.
+#[test]
+fn every_distance_descriptor_and_functional_finds_the_motion() {
+    let folder = tempfile::tempdir().unwrap();
+    let truth = known_motion();
+    let reference = save(folder.path(), "ref.png", &view(640, 420, &Matrix3::identity()));
+    let current = save(folder.path(), "cur.png", &view(640, 420, &truth.try_inverse().unwrap()));
+    let pictures = [reference.as_str(), current.as_str()];
+    let found = |options: &[&str]| {
+        let report = json(&[&pictures, options].concat());
+        let (x, y) = place(&matrix(&report), 320.0, 210.0);
+        let (tx, ty) = place(&truth, 320.0, 210.0);
+        assert!((x - tx).hypot(y - ty) < 0.5, "{options:?}: {x} {y} and not {tx} {ty}");
+        report["matches"].as_u64().unwrap()
+    };
+    let full = found(&[]);
+    for functional in ["count", "plus", "minus", "msac"] {
+        found(&["--functional", functional]);
+    }
+    assert_ne!(found(&["--descriptor", "strict"]), full);
+    assert_ne!(found(&["--distance", "sum", "--contrast", "0.001"]), full);
+    assert_refused(&hoverlock(&[&pictures[..], &["--distance", "sum"]].concat()), "--contrast");
+    assert_refused(&hoverlock(&[&pictures[..], &["--contrast", "1"]].concat()), "--distance sum");
+    assert_refused(&hoverlock(&[&pictures[..], &["--distance", "sum", "--contrast", "-1"]].concat()), "--contrast");
+}
+
 /// Pictures of two sizes, wider than the frame of the fixed point, so that cropping shows where it is not undone.
 #[test]
 fn a_known_motion_is_found_by_every_source_of_features() {

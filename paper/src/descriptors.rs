@@ -168,7 +168,7 @@ pub fn items() -> Result<Vec<Item>, PaperError> {
                 told(&foggy)
             ),
             holds: Some(clear[1].correct > clear[0].correct && foggy[1].correct > foggy[0].correct),
-            evidence: "hoverlock report PICTURE..",
+            evidence: "hoverlock match REF CUR --descriptor strict",
             drawings: of_maxlbp,
         },
     ])

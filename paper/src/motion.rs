@@ -232,7 +232,7 @@ fn controversy() -> Result<Item, PaperError> {
             told.join(", ")
         ),
         holds: Some(chosen.iter().skip(2).all(|(_, better)| *better == SEARCHES)),
-        evidence: "reference/src/motion/ransac/mod.rs",
+        evidence: "hoverlock match REF CUR --functional plus",
         drawings: vec![drawing(&pairs)],
     })
 }
