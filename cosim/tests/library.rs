@@ -84,6 +84,7 @@ fn a_point_and_its_row_are_the_same_flight() {
         gusts_m_s: vec![3.0],
         heights_m: vec![50.0],
         designs: Vec::new(),
+        variants: Vec::new(),
         seconds: 1.0,
         features: FeatureSource::Fixed,
     };

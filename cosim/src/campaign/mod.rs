@@ -29,7 +29,7 @@ use crate::chain::FeatureSource;
 use crate::hover::load_scene;
 use crate::monitor::{BoxError, Monitor};
 
-/// Name of the default design, which is part of every campaign. Its points decide whether a campaign passes.
+/// Name of the default design, which is part of every campaign.
 pub const DEFAULT_DESIGN: &str = "kt27";
 
 /// The inputs of a campaign.
@@ -43,8 +43,10 @@ pub struct CampaignSettings {
     pub gusts_m_s: Vec<f64>,
     /// Heights over the mean ground, m.
     pub heights_m: Vec<f64>,
-    /// Designs beside [`DEFAULT_DESIGN`]: names, design files, or changes of the default such as `dog_bits=12`.
+    /// Designs beside [`DEFAULT_DESIGN`] whose points must pass too: names or design files.
     pub designs: Vec<String>,
+    /// Designs that are flown for comparison only: names, design files, or changes of the default like `dog_bits=12`.
+    pub variants: Vec<String>,
     /// Duration of each hover, s.
     pub seconds: f64,
     /// The source of the features.
@@ -82,13 +84,17 @@ pub type ReportProgress<'a> = &'a mut (dyn FnMut(CampaignProgress<'_>) -> Result
 pub struct Campaign {
     /// All points, scene by scene.
     pub points: Vec<Point>,
+    /// Names of the designs whose points must pass.
+    pub checked: Vec<String>,
 }
 
 /// The result of a campaign. Serialised, it is the JSON object of `hoverlock sweep`.
 #[derive(Debug, Clone, Serialize)]
 pub struct CampaignOutcome {
-    /// Every point of the default design passes its checks.
+    /// Every point of the checked designs passes its checks.
     pub pass: bool,
+    /// Names of the checked designs: the default, and those that were named as designs.
+    pub checked: Vec<String>,
     /// All points in the order of [`Campaign::points`].
     pub points: Vec<FlownPoint>,
     /// Names of the designs on the Pareto front of error and memory.
@@ -106,11 +112,9 @@ impl Campaign {
     /// have no word lengths, are combined with several designs.
     pub fn new(settings: &CampaignSettings) -> Result<Self, CampaignError> {
         let mut names = vec![DEFAULT_DESIGN.to_owned()];
-        for name in &settings.designs {
-            if !names.contains(name) {
-                names.push(name.clone());
-            }
-        }
+        add_new(&mut names, &settings.designs);
+        let checked = names.clone();
+        add_new(&mut names, &settings.variants);
         if settings.features == FeatureSource::Float && names.len() > 1 {
             return Err(CampaignError::FloatHasNoWords);
         }
@@ -144,7 +148,7 @@ impl Campaign {
                 }
             }
         }
-        Ok(Self { points })
+        Ok(Self { points, checked })
     }
 
     /// Flies the points that the table does not have, and appends each to it.
@@ -177,19 +181,53 @@ impl Campaign {
         if flown.len() < points {
             return Err(CampaignError::MissingPoints { flown: flown.len(), points });
         }
-        let designs = statistics::by_design(&flown);
-        Ok(CampaignOutcome {
-            pass: flown.iter().all(|point| point.design != DEFAULT_DESIGN || point.pass),
-            points: flown,
-            pareto: designs.iter().filter(|design| design.pareto).map(|design| design.name.clone()).collect(),
-            designs,
-        })
+        Ok(CampaignOutcome::new(self.checked.clone(), flown))
     }
 }
 
 impl CampaignOutcome {
-    /// Returns the points of the default design that fail.
+    /// Judges the points of the checked designs, and compares all designs.
+    fn new(checked: Vec<String>, points: Vec<FlownPoint>) -> Self {
+        let designs = statistics::by_design(&points);
+        Self {
+            pass: points.iter().all(|point| !checked.contains(&point.design) || point.pass),
+            checked,
+            points,
+            pareto: designs.iter().filter(|design| design.pareto).map(|design| design.name.clone()).collect(),
+            designs,
+        }
+    }
+
+    /// Returns the points of the checked designs that fail.
     pub fn failures(&self) -> impl Iterator<Item = &FlownPoint> {
-        self.points.iter().filter(|point| point.design == DEFAULT_DESIGN && !point.pass)
+        self.points.iter().filter(|point| self.checked.contains(&point.design) && !point.pass)
+    }
+}
+
+/// Adds the names that a list does not have.
+fn add_new(names: &mut Vec<String>, more: &[String]) {
+    for name in more {
+        if !names.contains(name) {
+            names.push(name.clone());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::statistics::tests::flown;
+    use super::*;
+
+    #[test]
+    fn a_campaign_checks_the_designs_that_it_was_given() {
+        let points = vec![flown(DEFAULT_DESIGN, 1, 291, 0.04, true), flown("own.toml", 1, 200, 0.4, false)];
+        let judged = |checked: &[&str]| {
+            CampaignOutcome::new(checked.iter().map(|name| (*name).to_owned()).collect(), points.clone())
+        };
+        let (both, default) = (judged(&[DEFAULT_DESIGN, "own.toml"]), judged(&[DEFAULT_DESIGN]));
+        assert!(!both.pass && default.pass);
+        assert_eq!((both.failures().count(), default.failures().count()), (1, 0));
+        let page = both.page("hoverlock sweep --design own.toml").unwrap();
+        assert!(page.contains("1 of 2 hovers of kt27, own.toml pass"), "{page}");
     }
 }

@@ -124,7 +124,7 @@ pub(crate) mod tests {
         let [design] = &designs[..] else { panic!() };
         assert_eq!((design.points, design.passed, design.worst_m), (2, 1, 0.08));
         assert!((design.error_rms_m.unwrap() - (0.00125f64).sqrt()).abs() < 1e-12);
-        let outcome = CampaignOutcome { pass: true, points: points.into(), pareto: Vec::new(), designs };
+        let outcome = CampaignOutcome::new(vec!["kt27".into()], points.into());
         let page = outcome.page("hoverlock sweep").unwrap();
         assert!(page.contains("too far &lt;away&gt;") && page.contains("1 of 2"));
     }

@@ -30,16 +30,18 @@ impl CampaignOutcome {
     /// # Errors
     /// A plot or the template fails. Either is a defect of this program, not of the input.
     pub fn page(&self, command: &str) -> Result<String, PageError> {
-        html(&self.points, &self.designs, command)
+        html(self, command)
     }
 }
 
 /// Renders the page as HTML, with style and plots inside it.
-fn html(points: &[FlownPoint], designs: &[DesignStatistics], command: &str) -> Result<String, PageError> {
+fn html(outcome: &CampaignOutcome, command: &str) -> Result<String, PageError> {
+    let CampaignOutcome { points, designs, .. } = outcome;
     let mut environment = environment();
     environment.add_template("campaign.html", TEMPLATE)?;
     let kt27: Vec<&FlownPoint> = points.iter().filter(|point| point.design == DEFAULT_DESIGN).collect();
-    let failed: Vec<&&FlownPoint> = kt27.iter().filter(|point| !point.pass).collect();
+    let is_checked = |point: &&FlownPoint| outcome.checked.contains(&point.design);
+    let failed: Vec<&FlownPoint> = outcome.failures().collect();
     Ok(environment.get_template("campaign.html")?.render(context! {
         style => STYLE,
         script => SCRIPT,
@@ -47,8 +49,9 @@ fn html(points: &[FlownPoint], designs: &[DesignStatistics], command: &str) -> R
         command => command,
         points => points.len(),
         flown => points.iter().map(|point| point.seconds).sum::<f64>() / 60.0,
-        kt27 => kt27.len(),
-        failed => value(failed.iter().map(|point| (**point).clone()).collect::<Vec<_>>()),
+        checked => points.iter().filter(is_checked).count(),
+        checked_designs => outcome.checked.join(", "),
+        failed => value(failed),
         designs => value(designs.to_vec()),
         conditions => value(conditions(&kt27)),
         front => front(designs)?,
