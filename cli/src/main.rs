@@ -11,6 +11,7 @@ mod design;
 mod design_file;
 mod doctor;
 mod explore;
+mod fault;
 mod formal;
 mod hover;
 mod interrupt;
@@ -56,6 +57,7 @@ enum Verb {
     Design(design_file::Args),
     Doctor(doctor::Args),
     Explore(explore::Args),
+    Fault(Box<fault::Args>),
     Formal(formal::Args),
     Hover(hover::Args),
     Man(shell::ManArgs),
@@ -91,6 +93,7 @@ fn main() -> ExitCode {
         Verb::Design(args) => design_file::run(&args),
         Verb::Doctor(args) => doctor::run(&args),
         Verb::Explore(args) => explore::run(&args),
+        Verb::Fault(args) => fault::run(&args),
         Verb::Formal(args) => formal::run(&args),
         Verb::Hover(args) => hover::run(&args),
         Verb::Man(args) => shell::man(&args),

@@ -16,6 +16,7 @@
 //! | `planes`, `records` | the comparisons |
 //! | `outcome` | the result |
 //! | [`board`] | the top between camera, DMA and CPU, without a comparison: what a whole system sees |
+//! | [`upsets`] | the top with faults in its registers and memories |
 //! | `waves` | a window of a run as a wave file, and GTKWave's view of it |
 
 pub mod board;
@@ -28,6 +29,7 @@ mod records;
 mod simulator;
 mod stalls;
 mod top;
+pub mod upsets;
 mod waves;
 
 use std::{sync::mpsc::sync_channel, time::Instant};
@@ -69,6 +71,9 @@ pub enum SimulationError {
     /// The run failed, or its waves cannot be written.
     #[error(transparent)]
     Run(#[from] Error),
+    /// The frames do not make a sequence in which a fault can be put.
+    #[error("{0}")]
+    Frames(&'static str),
     /// The board waits for an interrupt or for the DMA.
     #[error("frame {frame}: the hardware hangs: nothing came within {cycles} clock cycles")]
     Hangs {

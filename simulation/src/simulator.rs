@@ -46,6 +46,15 @@ impl Simulator {
         Self::build(design, sources, Trace::None)
     }
 
+    /// Builds a model of these Verilog files of a design in which every register and memory can be written.
+    ///
+    /// # Errors
+    /// If Verilator or the compiler fails.
+    pub fn with_registers(design: &DesignPoint, sources: &[PathBuf]) -> Result<Self, SimulationError> {
+        let build = Build::new("hoverlock_top").sources(sources).initial(Initial::Random).registers(true);
+        Ok(Self { library: build.compile()?, design: design.clone(), plusargs: Vec::new() })
+    }
+
     fn build(design: &DesignPoint, sources: &[PathBuf], trace: Trace) -> Result<Self, SimulationError> {
         let build = Build::new("hoverlock_top").sources(sources).initial(Initial::Random).trace(trace);
         let build = internals(design).iter().fold(build, |build, name| build.internal(name));

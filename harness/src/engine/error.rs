@@ -101,6 +101,15 @@ pub enum ModelError {
         format!("add .forceable(\"{signal}\") to the build")
     })]
     NotForceable { signal: String, is_port: bool },
+    /// The signal has no such bit.
+    #[error("'{signal}' has no bit {bit}: it has {width} bits, the lowest is bit 0")]
+    NoSuchBit { signal: String, bit: u32, width: u32 },
+    /// The saved registers are not of this model.
+    #[error("the {bytes} bytes of saved registers are not those of '{top}'")]
+    OtherRegisters { top: String, bytes: usize },
+    /// A bit was to be changed in something that no clock writes.
+    #[error("'{signal}' is no register or memory that a clock writes: its drivers decide its value")]
+    NotRegister { signal: String },
     /// An `inout` of a model whose Verilator does not let a bench drive it.
     #[error(
         "'{signal}' is an inout, which a bench cannot drive on this Verilator: it has no --pins-inout-enables, \

@@ -111,6 +111,33 @@ impl Dut {
         self.core.model.borrow().signals().to_vec()
     }
 
+    /// Returns the id of a port or public internal.
+    ///
+    /// # Errors
+    /// If there is no such signal.
+    pub fn find(&self, name: &str) -> Result<SignalId, ModelError> {
+        self.core.model.borrow().find(name)
+    }
+
+    /// Writes a bit of a register or memory at once, as [`Model::set_bit`]: at a falling edge of the clock, nothing has
+    /// sampled the old value since the rising edge.
+    ///
+    /// # Errors
+    /// As [`Model::set_bit`].
+    ///
+    /// [`Model::set_bit`]: crate::engine::model::Model::set_bit
+    pub fn set_bit(&self, register: SignalId, word: usize, bit: u32, value: bool) -> Result<(), ModelError> {
+        self.core.model.borrow_mut().set_bit(register, word, bit, value)
+    }
+
+    /// Returns a bit of a register or memory, as [`Model::bit`](crate::engine::model::Model::bit).
+    ///
+    /// # Errors
+    /// As [`Model::bit`](crate::engine::model::Model::bit).
+    pub fn bit(&self, register: SignalId, word: usize, bit: u32) -> Result<bool, ModelError> {
+        self.core.model.borrow().bit(register, word, bit)
+    }
+
     /// Returns `true` if a signal is one of this simulation.
     pub fn has(&self, signal: SignalId) -> bool {
         self.core.has(signal)

@@ -49,7 +49,8 @@ impl BuildJob<'_> {
         // A build that splits them itself drives the halves itself.
         let split_by_flag = self.build.flags.iter().any(|flag| flag == SPLIT_INOUTS);
         let has_inouts = of_top.clone().any(|v| v.port == Some(PortDirection::Inout)) && !split_by_flag;
-        let (mut warnings, drivable) = self.verilate_with_inouts(&internals, &forceable, has_inouts)?;
+        let exposed = self.exposed(&internals, &hierarchy);
+        let (mut warnings, drivable) = self.verilate_with_inouts(&exposed, &forceable, has_inouts)?;
         let mut tables = Tables::read(&generated)?;
         let unreachable = tables.unreachable(&generated)?;
         if !unreachable.is_empty() {
@@ -61,13 +62,21 @@ impl BuildJob<'_> {
             std::fs::remove_dir_all(&generated)
                 .map_err(|source| BuildError::Cache { path: generated.clone(), source })?;
             let forceable: Vec<Variable> = forceable.iter().filter(|v| rest.contains(v)).cloned().collect();
-            warnings = self.verilate(&rest, &forceable, drivable)?;
+            warnings = self.verilate(&self.exposed(&rest, &hierarchy), &forceable, drivable)?;
             tables = Tables::read(&generated)?;
         }
         let header = read(&generated.join("Vdut.h"))?;
         let mut signals = ports(&header, &of_top.clone().collect::<Vec<_>>());
         let mut unreachable: Vec<String> =
             of_top.filter(|v| !signals.iter().any(|(port, _)| port.name == v.name)).map(|v| v.path.clone()).collect();
+        if self.build.registers {
+            // Behind an output that is a register Verilator keeps a variable of its own, from which the port follows.
+            for (variable, expression) in signals.iter_mut().filter(|(v, _)| v.register) {
+                if let Some(behind) = tables.members.get(&(variable.scope.clone(), variable.name.clone())) {
+                    expression.clone_from(behind);
+                }
+            }
+        }
         let structures = Structures::read(&generated)?;
         for variable in std::mem::take(&mut internals) {
             let Some(member) = tables.members.get(&(variable.scope.clone(), variable.name.clone())) else {
@@ -161,9 +170,18 @@ impl BuildJob<'_> {
         }
         // `*` means what modules declare: Verilator removes loop variables and the like.
         let wanted = |v: &&Variable| {
-            self.build.internals.iter().any(|p| hierarchy::matches(p, &v.path) && !(p == "*" && v.nested))
+            self.build.registers && v.register && !v.nested
+                || self.build.internals.iter().any(|p| hierarchy::matches(p, &v.path) && !(p == "*" && v.nested))
         };
         Ok(inner().filter(wanted).cloned().collect())
+    }
+
+    /// Returns the variables that are written from outside: the internals, and with [`Build::registers`] also the ports
+    /// of the top that are registers.
+    fn exposed(&self, internals: &[Variable], hierarchy: &Hierarchy) -> Vec<Variable> {
+        let is_port = |v: &&Variable| v.port.is_some() && !v.path.contains('.');
+        let ports = hierarchy.variables.iter().filter(|v| self.build.registers && v.register && is_port(v));
+        internals.iter().chain(ports).cloned().collect()
     }
 
     /// Returns the variables to make forceable: those that a pattern names, of vectors.

@@ -140,6 +140,7 @@ pub struct Build {
     pub(crate) defines: BTreeMap<String, Option<String>>,
     pub(crate) flags: Vec<String>,
     pub(crate) internals: Vec<String>,
+    pub(crate) registers: bool,
     pub(crate) forceable: Vec<String>,
     pub(crate) trace: Trace,
     pub(crate) coverage: Coverage,
@@ -165,6 +166,7 @@ impl Build {
             defines: BTreeMap::new(),
             flags: Vec::new(),
             internals: Vec::new(),
+            registers: false,
             forceable: Vec::new(),
             trace: Trace::None,
             coverage: Coverage::default(),
@@ -225,6 +227,15 @@ impl Build {
     /// accessible cannot be optimised away: everything (`*`) costs a third of the speed or more.
     pub fn internal(mut self, pattern: impl Into<String>) -> Build {
         self.internals.push(pattern.into());
+        self
+    }
+
+    /// Makes all registers and memories accessible, and those that are outputs of the top too, for
+    /// [`Model::set_bit`](crate::engine::model::Model::set_bit). [`SignalInfo::register`] says which they are.
+    ///
+    /// [`SignalInfo::register`]: crate::engine::model::SignalInfo::register
+    pub fn registers(mut self, yes: bool) -> Build {
+        self.registers = yes;
         self
     }
 

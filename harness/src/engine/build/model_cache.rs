@@ -23,7 +23,7 @@ use crate::engine::error::BuildError;
 use crate::engine::model::Library;
 
 /// The sources of the generator. They are part of every key, so that a model of another generator is not found.
-const GENERATOR: [&str; 10] = [
+const GENERATOR: [&str; 11] = [
     unity::SHIM,
     runtime::HOOKS,
     include_str!("generated.rs"),
@@ -33,6 +33,7 @@ const GENERATOR: [&str; 10] = [
     include_str!("job.rs"),
     include_str!("hierarchy/mod.rs"),
     include_str!("hierarchy/json.rs"),
+    include_str!("hierarchy/registers.rs"),
     include_str!("hierarchy/xml.rs"),
 ];
 
@@ -349,7 +350,7 @@ fn model_key(
     build.internals.iter().for_each(|pattern| hash.add(pattern.as_bytes()));
     hash.add(&build.internals.len().to_le_bytes());
     build.forceable.iter().for_each(|pattern| hash.add(pattern.as_bytes()));
-    hash.add(format!("{:?} {:?} {:?}", build.trace, build.coverage, build.initial).as_bytes());
+    hash.add(format!("{:?} {:?} {:?} {}", build.trace, build.coverage, build.initial, build.registers).as_bytes());
     for source in sources {
         hash.add(hash_file(source)?.as_bytes());
     }

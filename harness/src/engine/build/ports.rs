@@ -26,6 +26,7 @@ pub(super) fn ports(header: &str, described: &[&Variable]) -> Vec<(Variable, Str
                     port: Some(port),
                     dimensions: Vec::new(),
                     nested: false,
+                    register: false,
                 };
                 found.push((usize::MAX, variable, expression));
             }

@@ -58,6 +58,8 @@ fn describe(variable: &Variable, slot: &RawSlot) -> Option<SignalInfo> {
         width,
         signed: variable.signed,
         real,
+        register: variable.register,
+        module: variable.module.clone(),
         storage,
         range: match variable.dimensions[..] {
             [] => None,

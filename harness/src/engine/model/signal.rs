@@ -32,6 +32,12 @@ pub struct SignalInfo {
     pub storage: Storage,
     /// Whether it is a `real`, or an array of `real`, whose 64 bits are those of an `f64`.
     pub real: bool,
+    /// Whether it is a register, or a memory that a clock writes: see [`Build::registers`].
+    ///
+    /// [`Build::registers`]: crate::build::Build::registers
+    pub register: bool,
+    /// The module in which it is declared, as written in the source.
+    pub module: String,
     /// First and last index if it is a memory (unpacked array), as declared. Of several dimensions: the elements
     /// counted from 0, row by row, each dimension from its lowest index.
     pub range: Option<(i64, i64)>,
@@ -88,6 +94,11 @@ impl SignalInfo {
 
     pub(crate) fn elements(&self) -> usize {
         self.range.map_or(1, |(a, b)| a.abs_diff(b) as usize + 1)
+    }
+
+    /// Returns the number of bytes in which Verilator stores it, all elements together.
+    pub(crate) fn stored_bytes(&self) -> usize {
+        self.elements() * self.storage.bytes()
     }
 
     /// Returns the offset in bytes of the element at a declared index.

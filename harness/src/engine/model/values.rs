@@ -147,6 +147,67 @@ impl Model {
         Ok(())
     }
 
+    /// Returns a bit of a register, or of a word of a memory: `word` counts from the lowest index, 0 for a register.
+    ///
+    /// # Errors
+    /// If there is no such word or bit.
+    pub fn bit(&self, register: SignalId, word: usize, bit: u32) -> Result<bool, ModelError> {
+        let info = self.info(register);
+        let (byte, mask) = place_of(info, word, bit)?;
+        // SAFETY: the place was checked.
+        Ok(unsafe { *info.data.add(byte) } & mask != 0)
+    }
+
+    /// Writes a bit of a register, or of a word of a memory, at once and without an evaluation, as a particle does.
+    /// The next evaluation sees it. Unlike the other writes this one also works on an output of the top that is a
+    /// register. The model must be built with [`Build::registers`](crate::engine::build::Build::registers): without it,
+    /// logic may keep what it computed from the old value.
+    ///
+    /// # Errors
+    /// If there is no such word or bit, or the signal is no register.
+    pub fn set_bit(&mut self, register: SignalId, word: usize, bit: u32, value: bool) -> Result<(), ModelError> {
+        let info = self.info(register);
+        let (byte, mask) = place_of(info, word, bit)?;
+        if !info.register {
+            return Err(ModelError::NotRegister { signal: info.name.clone() });
+        }
+        // SAFETY: the place was checked, and the model is borrowed alone.
+        unsafe {
+            let byte = info.data.add(byte);
+            *byte = if value { *byte | mask } else { *byte & !mask };
+        }
+        Ok(())
+    }
+
+    /// Replaces `into` by the stored bytes of all registers and memories: with the levels of the inputs the whole state
+    /// of a model without latches that was built with [`Build::registers`](crate::engine::build::Build::registers).
+    pub fn save_registers(&self, into: &mut Vec<u8>) {
+        into.clear();
+        for info in self.signals().iter().filter(|signal| signal.register) {
+            // SAFETY: the signal is of this live model, and has that many bytes.
+            into.extend(unsafe { std::slice::from_raw_parts(info.data, info.stored_bytes()) });
+        }
+    }
+
+    /// Writes what [`Model::save_registers`] of an instance of the same library gave. The next evaluation sees it.
+    ///
+    /// # Errors
+    /// If the bytes are of another model.
+    pub fn load_registers(&mut self, from: &[u8]) -> Result<(), ModelError> {
+        let registers = || self.signals().iter().filter(|signal| signal.register);
+        if registers().map(SignalInfo::stored_bytes).sum::<usize>() != from.len() {
+            return Err(ModelError::OtherRegisters { top: self.library().top().to_owned(), bytes: from.len() });
+        }
+        let mut rest = from;
+        for info in registers() {
+            let (bytes, after) = rest.split_at(info.stored_bytes());
+            // SAFETY: the model is borrowed alone, and the signal has that many bytes.
+            unsafe { std::ptr::copy_nonoverlapping(bytes.as_ptr(), info.data, bytes.len()) };
+            rest = after;
+        }
+        Ok(())
+    }
+
     /// Returns a signal by its address; `T` must be the type Verilator stores it in.
     ///
     /// # Errors
@@ -172,4 +233,17 @@ impl Model {
         }
         Ok(RawSignal { data: info.data.cast() })
     }
+}
+
+/// Returns the byte of a bit in the stored value, and its mask. Verilator stores values as words of the machine, which
+/// has its lowest byte first, and wide values as 32-bit words, the lowest first.
+fn place_of(info: &SignalInfo, word: usize, bit: u32) -> Result<(usize, u8), ModelError> {
+    if word >= info.elements() {
+        let (first, last) = (0, info.elements() as i64 - 1);
+        return Err(ModelError::Address { memory: info.name.clone(), index: word as i64, first, last });
+    }
+    if bit >= info.width {
+        return Err(ModelError::NoSuchBit { signal: info.name.clone(), bit, width: info.width });
+    }
+    Ok((word * info.storage.bytes() + bit as usize / 8, 1 << (bit % 8)))
 }

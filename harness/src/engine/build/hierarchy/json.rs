@@ -3,6 +3,7 @@
 
 use serde_json::Value;
 
+use super::registers::{Access, Process, Reference};
 use super::{Declaration, Design, EnumItems, Hierarchy, Module, PortDirection, Type, bound, constant, parameter};
 use crate::engine::error::BuildError;
 
@@ -31,14 +32,21 @@ fn bounds(node: &Value) -> Option<(i64, i64)> {
     Some((of("leftp")?, of("rightp")?))
 }
 
-/// Adds what a module, or a block in it, declares.
-fn add_statements(statements: &[Value], blocks: &[&str], nested: bool, into: &mut Module) {
+/// Adds what a module, or a block in it, declares and refers to. `nested` is `true` in a function, a task or an unnamed
+/// block, `running` in a block whose references are added as one.
+fn add_statements(statements: &[Value], blocks: &[&str], nested: bool, running: bool, into: &mut Module) {
+    let references = |node: &Value| {
+        let mut found = Vec::new();
+        add_references(node, blocks, None, &mut found);
+        found
+    };
     for node in statements {
         match text(node, "type") {
             "VAR" => add_variable(node, blocks, nested, into),
             "CELL" => {
                 let path = blocks.iter().copied().chain([text(node, "name")]).collect::<Vec<_>>().join(".");
                 into.instances.push((path, text(node, "modp").to_owned()));
+                references(&node["pinsp"]).into_iter().for_each(|of| into.references.add_outside(of));
             }
             "GENBLOCK" | "BEGIN" => {
                 let name = text(node, "name");
@@ -47,19 +55,64 @@ fn add_statements(statements: &[Value], blocks: &[&str], nested: bool, into: &mu
                     inner.push(name);
                 }
                 for key in ["itemsp", "stmtsp", "declsp"] {
-                    add_statements(list(node, key), &inner, nested || name.is_empty(), into);
+                    add_statements(list(node, key), &inner, nested || name.is_empty(), running, into);
                 }
             }
             "FUNC" | "TASK" => {
                 for key in ["fvarp", "stmtsp"] {
-                    add_statements(list(node, key), blocks, true, into);
+                    add_statements(list(node, key), blocks, true, true, into);
                 }
+                into.references.add_task(references(&node["stmtsp"]));
             }
             "ALWAYS" | "INITIAL" | "INITIALSTATIC" | "FINAL" => {
-                add_statements(list(node, "stmtsp"), blocks, nested, into);
+                add_statements(list(node, "stmtsp"), blocks, nested, true, into);
+                let mut items = list(node, "sentreep").iter().flat_map(|tree| list(tree, "sensesp"));
+                let has_edge = items.any(|item| matches!(text(item, "edgeType"), "POS" | "NEG" | "BOTH"));
+                into.references.add(Process { has_edge, references: references(&node["stmtsp"]) });
             }
+            _ if !running => references(node).into_iter().for_each(|of| into.references.add_outside(of)),
             _ => {}
         }
+    }
+}
+
+/// Adds the references in a node or a list of nodes, in the order of evaluation. `target` says which assignment the
+/// node is the target of.
+fn add_references(node: &Value, blocks: &[&str], target: Option<Access>, into: &mut Vec<Reference>) {
+    let members = match node {
+        Value::Array(nodes) => {
+            nodes.iter().for_each(|node| add_references(node, blocks, target, into));
+            return;
+        }
+        Value::Object(members) => members,
+        _ => return,
+    };
+    let kind = text(node, "type");
+    let assigns = match kind {
+        "ASSIGN" => Some(Access::Assigned),
+        "ASSIGNDLY" => Some(Access::Clocked),
+        _ => None,
+    };
+    if assigns.is_some() {
+        add_references(&node["rhsp"], blocks, None, into);
+        add_references(&node["lhsp"], blocks, assigns, into);
+        return;
+    }
+    if kind == "VARREF" {
+        let blocks = blocks.iter().map(|block| format!("{block}.")).collect();
+        let access = target.unwrap_or(Access::Read);
+        into.push(Reference { blocks, name: text(node, "name").to_owned(), access });
+        return;
+    }
+    let name = text(node, "name");
+    let mut inner = blocks.to_vec();
+    if kind == "BEGIN" && !name.is_empty() {
+        inner.push(name);
+    }
+    for (key, below) in members {
+        // What is selected from a target is the target, and its place is read.
+        let is_target = matches!(kind, "CONCAT" | "CONCATN") || key == "fromp";
+        add_references(below, &inner, target.filter(|_| is_target), into);
     }
 }
 
@@ -142,7 +195,7 @@ pub fn parse(json: &str, top: &str) -> Result<Hierarchy, BuildError> {
     }
     for node in list(&root, "modulesp").iter().filter(|node| text(node, "type") == "MODULE") {
         let mut module = Module { original: text(node, "origName").to_owned(), ..Module::default() };
-        add_statements(list(node, "stmtsp"), &[], false, &mut module);
+        add_statements(list(node, "stmtsp"), &[], false, false, &mut module);
         let address = text(node, "addr").to_owned();
         if module.original == top && design.top.is_none() {
             design.top = Some((top.to_owned(), address.clone()));

@@ -2,6 +2,7 @@
 //! versions, [`xml`] in older ones. Both readers fill the same tables; here they become one list of variables.
 
 mod json;
+mod registers;
 mod xml;
 
 use std::collections::HashMap;
@@ -9,6 +10,8 @@ use std::collections::HashMap;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::error::BuildError;
+
+use registers::References;
 
 pub use json::parse as parse_json;
 pub use xml::parse as parse_xml;
@@ -81,6 +84,8 @@ pub struct Variable {
     pub dimensions: Vec<(i64, i64)>,
     /// Whether it belongs to a function, a task or an unnamed block of its module.
     pub nested: bool,
+    /// Whether it keeps its value between clock edges: a register, or a memory that a clock writes.
+    pub register: bool,
 }
 
 /// A step of the path from a variable to a value in it: `.low` or `[1]`.
@@ -162,6 +167,7 @@ struct Module {
     variables: Vec<Declaration>,
     /// The name below this module, with its generate blocks, and the module.
     instances: Vec<(String, String)>,
+    references: References,
 }
 
 /// A variable as its module declares it.
@@ -395,7 +401,8 @@ impl Design {
             let prefix = scope.split_once('.').map(|(_, below)| format!("{below}.")).unwrap_or_default();
             let constants = module.constants.iter().map(|(name, value)| (format!("{prefix}{name}"), value.clone()));
             hierarchy.constants.extend(constants);
-            for declared in &module.variables {
+            let registers = module.references.registers(&module.variables);
+            for (declared, register) in module.variables.iter().zip(registers) {
                 let (dimensions, element) = self.types.dimensions(&declared.type_id);
                 let variable = Variable {
                     path: format!("{prefix}{}{}", declared.blocks, declared.name),
@@ -409,6 +416,7 @@ impl Design {
                     port: declared.port,
                     dimensions,
                     nested: declared.nested,
+                    register,
                 };
                 if let Some(Type::Struct { .. }) = self.types.resolve(element) {
                     let mut parts = Vec::new();

@@ -1,5 +1,6 @@
 //! The description as XML, `--xml-only`, of versions before 5.024.
 
+use super::registers::{Access, Process, Reference};
 use super::{Declaration, Design, EnumItems, Hierarchy, Module, PortDirection, Type, bound, constant, parameter};
 use crate::engine::error::BuildError;
 
@@ -50,6 +51,42 @@ fn tags(text: &str) -> impl Iterator<Item = Tag<'_>> {
     })
 }
 
+/// What an element does with the variables in it.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Role {
+    /// Assigns the last element in it, which is the target.
+    Assignment(Access),
+    /// Selects bits, a word or a member of the first element in it; the others are its place.
+    Selection,
+    /// Joins values.
+    Join,
+    /// Uses them.
+    Other,
+}
+
+impl Role {
+    fn of(name: &str) -> Role {
+        match name {
+            "assign" => Role::Assignment(Access::Assigned),
+            "assigndly" => Role::Assignment(Access::Clocked),
+            "concat" | "concatn" => Role::Join,
+            "sel" | "arraysel" | "wordsel" | "structsel" | "slicesel" => Role::Selection,
+            _ => Role::Other,
+        }
+    }
+}
+
+/// An element of an `always` or `initial` block that is open.
+struct Element {
+    role: Role,
+    /// Elements directly in it so far.
+    children: usize,
+    /// References of the block before the last of these began.
+    before_last: usize,
+    /// Whether a variable in it would be a target, if the element is in one.
+    is_whole: bool,
+}
+
 /// What was read so far, and the elements that enclose the next tag.
 #[derive(Default)]
 struct Reader {
@@ -69,10 +106,16 @@ struct Reader {
     /// The enclosing enumeration, and its item.
     enumeration: Option<String>,
     item: Option<String>,
+    /// The enclosing `always` or `initial` block, its open elements, and for each of its references whether it is the
+    /// whole of an operand rather than an index.
+    process: Option<Process>,
+    elements: Vec<Element>,
+    wholes: Vec<bool>,
 }
 
 impl Reader {
     fn read(&mut self, tag: &Tag<'_>) {
+        self.read_reference(tag);
         match (tag.name, tag.closing) {
             ("module", false) => self.begin_module(tag),
             ("module", true) => self.module = None,
@@ -92,6 +135,84 @@ impl Reader {
             (name, false) if name.ends_with("dtype") => self.add_type(tag),
             _ => {}
         }
+    }
+
+    /// Follows which variables a module refers to, and how.
+    fn read_reference(&mut self, tag: &Tag<'_>) {
+        if self.process.is_none() {
+            match (tag.name, tag.closing) {
+                ("always" | "initial" | "final" | "func" | "task", false) if !tag.empty && self.module.is_some() => {
+                    self.process = Some(Process::default());
+                }
+                ("varref", false) => {
+                    let blocks = self.named_blocks();
+                    if let (Some(module), Some(name)) = (self.current(), tag.get("name")) {
+                        module.references.add_outside(Reference { blocks, name, access: Access::Read });
+                    }
+                }
+                _ => {}
+            }
+            return;
+        }
+        if tag.closing {
+            self.end_element(tag.name);
+        } else {
+            self.begin_element(tag);
+        }
+    }
+
+    fn begin_element(&mut self, tag: &Tag<'_>) {
+        let blocks = self.named_blocks();
+        let Some(process) = &mut self.process else { return };
+        let mut is_whole = true;
+        // A delay of an assignment comes after its target.
+        if let Some(parent) = self.elements.last_mut().filter(|_| tag.name != "delay") {
+            is_whole = match parent.role {
+                Role::Assignment(_) => true,
+                Role::Join => parent.is_whole,
+                Role::Selection => parent.is_whole && parent.children == 0,
+                Role::Other => false,
+            };
+            parent.children += 1;
+            parent.before_last = process.references.len();
+        }
+        if tag.name == "senitem" {
+            process.has_edge |= matches!(tag.get("edgeType").as_deref(), Some("POS" | "NEG" | "BOTH"));
+        }
+        if let (true, Some(name)) = (tag.name == "varref", tag.get("name")) {
+            process.references.push(Reference { blocks, name, access: Access::Read });
+            self.wholes.push(is_whole);
+        }
+        if !tag.empty {
+            self.elements.push(Element { role: Role::of(tag.name), children: 0, before_last: 0, is_whole });
+        }
+    }
+
+    fn end_element(&mut self, closed: &str) {
+        let Some(process) = &mut self.process else { return };
+        match self.elements.pop() {
+            Some(Element { role: Role::Assignment(access), before_last, .. }) => {
+                let targets = process.references.iter_mut().zip(&self.wholes).skip(before_last);
+                targets.filter(|(_, whole)| **whole).for_each(|(reference, _)| reference.access = access);
+            }
+            Some(_) => {}
+            // The block itself.
+            None => {
+                self.wholes.clear();
+                let process = self.process.take().unwrap_or_default();
+                if let Some(module) = self.current() {
+                    match closed {
+                        "func" | "task" => module.references.add_task(process.references),
+                        _ => module.references.add(process),
+                    }
+                }
+            }
+        }
+    }
+
+    /// Returns the enclosing named blocks, with a dot after each.
+    fn named_blocks(&self) -> String {
+        self.blocks.iter().filter(|block| !block.is_empty()).map(|block| format!("{block}.")).collect()
     }
 
     fn current(&mut self) -> Option<&mut Module> {
@@ -123,7 +244,7 @@ impl Reader {
         let is_constant = tag.get("param").is_some() || tag.get("localparam").is_some();
         self.parameter = tag.get("name").filter(|_| is_constant && !tag.empty);
         let nested = self.functions > 0 || self.blocks.iter().any(String::is_empty);
-        let blocks = self.blocks.iter().filter(|block| !block.is_empty()).map(|block| format!("{block}.")).collect();
+        let blocks = self.named_blocks();
         if let (Some(module), Some(name), false) = (self.current(), tag.get("name"), is_constant) {
             module.variables.push(Declaration {
                 name,

@@ -1,0 +1,420 @@
+//! `hoverlock fault`: faults in registers and memories while the hardware runs, and what comes of them.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context, Result, anyhow, bail};
+use clap::{ValueEnum, ValueHint};
+use hoverlock_design::{DesignPoint, MIN_SIDE};
+use hoverlock_fault::campaign::campaign;
+use hoverlock_fault::class::{Class, Counts, wilson};
+use hoverlock_fault::core::{Core, CoreError, Options, Stimulus};
+use hoverlock_fault::draw::{Fault, Kind, draw};
+use hoverlock_fault::state::{Part, State};
+use hoverlock_fault::table::{By, Group, all, csv, groups, interval, markdown, rows};
+use hoverlock_fixed_point::model::design::camera_samples;
+use hoverlock_fixed_point::model::fastest::FastestModel;
+use hoverlock_harness::BuildError;
+use hoverlock_harness::build::{Build, Parameter};
+use hoverlock_reference::image::plane::Plane;
+use hoverlock_simulation::Simulator;
+use hoverlock_simulation::upsets::{MIN_FRAMES, Upsets};
+use serde::Serialize;
+
+use crate::Verdict;
+use crate::design::{Chosen, verilog_of};
+use crate::output::{check_target, command, print, print_json, say, shown, write_file};
+use crate::picture::{Limit, open};
+use crate::progress::{bar, spinning};
+
+/// Flip bits of registers and memories while the hardware runs, and count what comes of it.
+///
+/// Each fault is in one bit, drawn with the clock cycle from the seed; every bit is equally likely. A run with the
+/// fault is compared with the run without: masked, detected, recovered within a frame, silent, or hang. With a picture
+/// the hardware is Hoverlock's top, which takes --frames strips of the picture back to back; with --source it is any
+/// Verilog of one clock, its inputs random or from a table. Status 0 if all runs were made.
+///
+/// Examples:
+///   hoverlock fault aerial.png --upsets 2000 --table upsets.md
+///   hoverlock fault --source fifo.v --top fifo --upsets 5000 --detect overflow
+///   hoverlock fault --source core.v --top core --stimulus in.csv --valid out_valid --kind stuck1
+#[derive(clap::Args)]
+#[command(verbatim_doc_comment)]
+pub struct Args {
+    /// A picture of the ground for Hoverlock's top: its strips are the frames
+    #[arg(value_name = "IMAGE", required_unless_present = "source", conflicts_with = "source")]
+    image: Option<PathBuf>,
+    /// Number of faults, each a run of its own
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    upsets: u32,
+    /// Seed of bits and cycles
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// What happens to the bit
+    #[arg(long, value_enum, default_value_t = KindChoice::Seu)]
+    kind: KindChoice,
+    /// Registers, memories, or both
+    #[arg(long, value_enum, default_value_t = PartChoice::All)]
+    part: PartChoice,
+    /// Only registers of this name below the top, or of this module; * stands for any text
+    #[arg(long, value_name = "PATTERN")]
+    only: Vec<String>,
+    /// A line of the table for each module, or for each register
+    #[arg(long, value_enum, default_value_t = ByChoice::Module)]
+    by: ByChoice,
+    /// Write a line for each fault: module,register,word,bit,cycle,kind,class
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    csv: Option<PathBuf>,
+    /// Write the table as Markdown, with the command that made it
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    table: Option<PathBuf>,
+    /// One JSON object on stdout: kind seed cycles bits classes[] groups[] seconds
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    own: Own,
+    #[command(flatten)]
+    other: Other,
+}
+
+/// The options of Hoverlock's top.
+#[derive(clap::Args)]
+struct Own {
+    /// Frames of a run: a fault happens while the second enters
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = MIN_FRAMES as u32,
+        value_parser = clap::value_parser!(u32).range(MIN_FRAMES as i64..=100),
+        conflicts_with = "source"
+    )]
+    frames: u32,
+    /// Rows of a frame; it is as wide as the picture, up to the width of the design
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = MIN_SIDE,
+        value_parser = clap::value_parser!(u32).range(i64::from(MIN_SIDE)..=2048),
+        conflicts_with = "source"
+    )]
+    rows: u32,
+    #[command(flatten)]
+    chosen: Chosen,
+    /// Take the Verilog files of this folder in place of the design's own
+    #[arg(long, value_name = "DIR", conflicts_with = "source", value_hint = ValueHint::DirPath)]
+    rtl: Option<PathBuf>,
+    #[command(flatten)]
+    limit: Limit,
+}
+
+/// The options of any other Verilog.
+#[derive(clap::Args)]
+struct Other {
+    /// Verilog files of your own, in place of Hoverlock's
+    #[arg(long, value_name = "FILE", num_args = 1.., requires = "top", value_hint = ValueHint::FilePath)]
+    source: Vec<PathBuf>,
+    /// The top module of --source
+    #[arg(long, value_name = "NAME", requires = "source")]
+    top: Option<String>,
+    /// A folder for `include and for modules named like their files
+    #[arg(long, value_name = "DIR", requires = "source", value_hint = ValueHint::DirPath)]
+    include: Vec<PathBuf>,
+    /// A parameter of the top
+    #[arg(long, value_name = "NAME=VALUE", requires = "source")]
+    parameter: Vec<String>,
+    /// The clock [default: the input with a usual name]
+    #[arg(long, value_name = "INPUT", requires = "source")]
+    clock: Option<String>,
+    /// The reset, active at 1 [default: the input with a usual name]
+    #[arg(long, value_name = "INPUT", requires = "source")]
+    reset: Option<String>,
+    /// The reset, active at 0
+    #[arg(long, value_name = "INPUT", requires = "source", conflicts_with = "reset")]
+    reset_low: Option<String>,
+    /// Inputs as a table: names in the first line, then a line for each clock cycle; without it every input is random
+    /// in each cycle
+    #[arg(long, value_name = "FILE", requires = "source", value_hint = ValueHint::FilePath)]
+    stimulus: Option<PathBuf>,
+    /// An input that is constant
+    #[arg(long, value_name = "INPUT=VALUE", requires = "source")]
+    set: Vec<String>,
+    /// Compare the other outputs only in cycles in which this one is 1
+    #[arg(long, value_name = "OUTPUT", requires = "source")]
+    valid: Option<String>,
+    /// An output that reports an error: a run in which it rises is detected
+    #[arg(long, value_name = "OUTPUT", requires = "source")]
+    detect: Vec<String>,
+    /// Clock cycles of a run [default: the lines of the table, or 2000]
+    #[arg(
+        long,
+        value_name = "N",
+        requires = "source",
+        value_parser = clap::value_parser!(u64).range(1..=1_000_000_000)
+    )]
+    cycles: Option<u64>,
+    /// Clock cycles after the fault within which a wrong output counts as recovered
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 64,
+        requires = "source",
+        value_parser = clap::value_parser!(u64).range(1..=100_000_000)
+    )]
+    frame_cycles: u64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum KindChoice {
+    /// Inverted once
+    Seu,
+    /// 0 from the cycle on
+    Stuck0,
+    /// 1 from the cycle on
+    Stuck1,
+}
+
+impl From<KindChoice> for Kind {
+    fn from(choice: KindChoice) -> Self {
+        match choice {
+            KindChoice::Seu => Self::Seu,
+            KindChoice::Stuck0 => Self::Stuck0,
+            KindChoice::Stuck1 => Self::Stuck1,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum PartChoice {
+    /// Registers and memories
+    All,
+    /// What is no array
+    Registers,
+    /// Arrays
+    Memories,
+}
+
+impl From<PartChoice> for Part {
+    fn from(choice: PartChoice) -> Self {
+        match choice {
+            PartChoice::All => Self::All,
+            PartChoice::Registers => Self::Registers,
+            PartChoice::Memories => Self::Memories,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum ByChoice {
+    /// The module that declares it
+    Module,
+    /// Its name below the top
+    Register,
+}
+
+/// The JSON object of `--json`.
+#[derive(Serialize)]
+struct Report {
+    kind: Kind,
+    seed: u64,
+    /// Clock cycles of a run without a fault, after the reset.
+    cycles: u64,
+    /// Bits that a fault can be in.
+    bits: u64,
+    classes: Vec<PerClass>,
+    groups: Vec<Group>,
+    /// Wall time of the runs.
+    seconds: f64,
+}
+
+/// The runs of a class, and their share with its 95 % confidence interval.
+#[derive(Serialize)]
+struct PerClass {
+    class: Class,
+    faults: u64,
+    share: f64,
+    low: f64,
+    high: f64,
+}
+
+pub fn run(args: &Args) -> Result<Verdict> {
+    let inputs: Vec<&Path> =
+        args.image.iter().chain(&args.other.source).chain(&args.other.stimulus).map(PathBuf::as_path).collect();
+    for (option, path, ending) in [("--csv", &args.csv, "csv"), ("--table", &args.table, "md")] {
+        if let Some(path) = path {
+            check_target(option, path, &[ending], &inputs)?;
+        }
+    }
+    match &args.image {
+        Some(image) => {
+            let upsets = own(&args.own, image)?;
+            let (frames, features, cycles) = (args.own.frames, upsets.features(), upsets.cycles());
+            let about = format!("{frames} frames, {features} features, {cycles} cycles a run");
+            let run = |fault: &Fault| upsets.run(fault).map_err(anyhow::Error::from);
+            report(args, &about, upsets.state(), upsets.window(), cycles, run)
+        }
+        None => {
+            let core = other(&args.other, args.seed)?;
+            let (clock, reset) = core.clock_and_reset();
+            let reset = reset.map_or("no reset".into(), |(name, level)| format!("reset {name}, active at {level}"));
+            let ((active, outputs), cycles) = (core.active_outputs(), core.cycles());
+            let about = format!("clock {clock}, {reset}; {active} of {outputs} outputs change in {cycles} cycles");
+            let run = |fault: &Fault| core.run(fault).map_err(anyhow::Error::from);
+            report(args, &about, core.state(), core.window(), cycles, run)
+        }
+    }
+}
+
+/// Prepares Hoverlock's top with strips of a picture.
+fn own(args: &Own, image: &Path) -> Result<Upsets> {
+    let design = args.chosen.design()?;
+    design.check_buildable()?;
+    let frames = strips(&design, args, image)?;
+    let thresholds = FastestModel::new(&design)?.settled(&frames[0]);
+    let sources = verilog_of(&design, args.rtl.as_deref())?;
+    let simulator = spinning("building the Verilated model (once; later runs find it)", || {
+        Simulator::with_registers(&design, &sources)
+    })?;
+    Ok(Upsets::new(simulator, &frames, &thresholds)?)
+}
+
+/// Returns the frames: strips from top to bottom of a picture, in steps of the design's camera.
+fn strips(design: &DesignPoint, args: &Own, image: &Path) -> Result<Vec<Plane<u16>>> {
+    let picture = open(image, &args.limit, MIN_SIDE as usize, None)?;
+    let (rows, frames) = (args.rows as usize, args.frames as usize);
+    let width = picture.luma.width().min(design.width as usize);
+    let left = (picture.luma.width() - width) / 2;
+    let Some(spare) = picture.luma.height().checked_sub(rows) else {
+        bail!("{}: has {} rows, fewer than --rows {rows}", shown(image), picture.luma.height());
+    };
+    let strip = |i: usize| {
+        let top = i * spare / (frames - 1);
+        camera_samples(design, &Plane::from_fn(width, rows, |x, y| picture.luma[(left + x, top + y)]))
+    };
+    Ok((0..frames).map(strip).collect())
+}
+
+/// Builds any other core.
+fn other(args: &Other, seed: u64) -> Result<Core> {
+    let top = args.top.as_deref().ok_or_else(|| anyhow!("--top is missing"))?;
+    let mut build = Build::new(top).sources(&args.source);
+    for folder in &args.include {
+        build = build.include(folder);
+    }
+    for text in &args.parameter {
+        let (name, value) = pair("--parameter", text)?;
+        build = build.parameter(name, Parameter::Verilog(value));
+    }
+    let stimulus = match &args.stimulus {
+        Some(path) => Stimulus::Table(
+            std::fs::read_to_string(path).with_context(|| format!("--stimulus {}: cannot be read", shown(path)))?,
+        ),
+        None => Stimulus::Random(seed),
+    };
+    let reset = args.reset.clone().map(|name| (name, false)).or(args.reset_low.clone().map(|name| (name, true)));
+    let options = Options {
+        clock: args.clock.clone(),
+        reset,
+        stimulus,
+        constants: args.set.iter().map(|text| pair("--set", text)).collect::<Result<_>>()?,
+        valid: args.valid.clone(),
+        detect: args.detect.clone(),
+        cycles: args.cycles,
+        frame: args.frame_cycles,
+    };
+    spinning("building the Verilated model (once; later runs find it)", || Core::new(&build, &options))
+        .map_err(|error| refusal(error, args))
+}
+
+/// Returns an error of a core in one line, with the argument that it is about.
+fn refusal(error: CoreError, args: &Other) -> anyhow::Error {
+    match (&error, &args.stimulus) {
+        (CoreError::Table { .. }, Some(path)) => anyhow!("--stimulus {}: {error}", shown(path)),
+        (CoreError::Build(BuildError::Verilog { diagnostics }), _) => match &diagnostics[..] {
+            [first] => anyhow!("--source: {first}"),
+            [first, rest @ ..] => anyhow!("--source: {first} (and {} more)", rest.len()),
+            [] => anyhow!("--source: {error}"),
+        },
+        _ => anyhow!("--source: {error}"),
+    }
+}
+
+/// Splits `NAME=VALUE`.
+fn pair(option: &str, text: &str) -> Result<(String, String)> {
+    let (name, value) = text.split_once('=').ok_or_else(|| anyhow!("{option} {text}: is not NAME=VALUE"))?;
+    Ok((name.to_owned(), value.to_owned()))
+}
+
+/// Draws the faults, makes the runs, and writes what came of them. `about` describes a run.
+fn report(
+    args: &Args,
+    about: &str,
+    state: &State,
+    window: std::ops::Range<u64>,
+    cycles: u64,
+    run: impl Fn(&Fault) -> Result<Class> + Sync,
+) -> Result<Verdict> {
+    let state = state.clone().only(args.part.into(), &args.only);
+    if state.bits() == 0 {
+        let only = args.only.iter().map(|pattern| format!(" --only {pattern}")).collect::<String>();
+        bail!("no register or memory to put a fault in{only}");
+    }
+    say(about);
+    let kind = Kind::from(args.kind);
+    let faults = draw(&state, window, kind, args.upsets as usize, args.seed);
+    let progress = bar(faults.len() as u64, "{wide_bar} {pos} of {len} faults, {per_sec}, {eta} left");
+    let started = Instant::now();
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let classes = campaign(&faults, threads, run, |done| progress.set_position(done as u64))?;
+    let seconds = started.elapsed().as_secs_f64();
+    progress.finish_and_clear();
+    let rows = rows(&state, &faults, &classes);
+    let by = match args.by {
+        ByChoice::Module => (By::Module, "module"),
+        ByChoice::Register => (By::Register, "register"),
+    };
+    let groups = groups(&state, &rows, by.0);
+    let all = all(&state, &rows);
+    let table = markdown(by.1, &groups, &all);
+    if let Some(path) = &args.csv {
+        write_file(path, &csv(&rows)?)?;
+    }
+    if let Some(path) = &args.table {
+        let text =
+            format!("# What comes of {} faults\n\n{about}. Made by\n\n    {}\n\n{table}", faults.len(), command());
+        write_file(path, text.as_bytes())?;
+    }
+    if args.json {
+        let classes = Class::ALL.into_iter().map(|class| PerClass::new(class, &all.counts)).collect();
+        print_json(&Report { kind, seed: args.seed, cycles, bits: all.bits, classes, groups, seconds })?;
+    } else {
+        print(&aligned(&table))?;
+        let share = |class: Class| format!("{} {}", class.name(), interval(all.counts.of(class), all.counts.total()));
+        print(&format!("\n{}\n{} faults in {seconds:.1} s\n", Class::ALL.map(share).join(", "), faults.len()))?;
+    }
+    Ok(Verdict::Pass)
+}
+
+impl PerClass {
+    fn new(class: Class, counts: &Counts) -> Self {
+        let (faults, of) = (counts.of(class), counts.total());
+        let (low, high) = wilson(faults, of);
+        Self { class, faults, share: faults as f64 / of as f64, low, high }
+    }
+}
+
+/// Returns the lines of a table with cells of one width in each column, without the line below the heading.
+fn aligned(markdown: &str) -> String {
+    let cells = |line: &str| line.trim_matches('|').split('|').map(|cell| cell.trim().replace("**", "")).collect();
+    let lines: Vec<Vec<String>> = markdown.lines().filter(|line| !line.starts_with("|---")).map(cells).collect();
+    let columns = lines.first().map_or(0, Vec::len);
+    let width = |at: usize| lines.iter().map(|line| line[at].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..columns).map(width).collect();
+    let line = |line: &Vec<String>| {
+        let padded = line.iter().zip(&widths).enumerate().map(|(at, (cell, width))| match at {
+            0 => format!("{cell:<width$}"),
+            _ => format!("{cell:>width$}"),
+        });
+        padded.collect::<Vec<_>>().join("  ") + "\n"
+    };
+    lines.iter().map(line).collect()
+}
