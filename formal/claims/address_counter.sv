@@ -44,6 +44,8 @@ module address_counter_properties (input clock);
         counts: assert (address == ({1'b0, before} + 11'd1 == width_before ? 10'd0 : before + 10'd1));
       else if (!advanced && {1'b0, before} < width_before)
         waits: assert (address == before);
+      else
+        narrowed: assert (address == 10'd0);
       narrower: cover (always_1024 && width == 11'd64 && address == 10'd65);
       returns: cover (always_64 && before == 10'd63 && address == 10'd0);
     end

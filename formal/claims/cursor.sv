@@ -11,12 +11,13 @@ module cursor_properties (input clock);
     .x(x), .y(y), .first_column(first_column), .last_column(last_column), .first_row(first_row), .last_row(last_row)
   );
 
-  reg begun = 0, inside = 0;
+  reg begun = 0, inside = 0, was_reset;
   reg [10:0] column, width_before;
   reg [11:0] row, height_before;
   wire row_ends = column == width - 11'd1;
   always @(posedge clock) begin
     begun <= 1;
+    was_reset <= reset;
     width_before <= width;
     height_before <= height;
     if (reset)
@@ -43,6 +44,7 @@ module cursor_properties (input clock);
       position: assert (!inside || ({1'b0, x} == column && {1'b0, y} == row && column < width && row < height));
       flags: assert (first_column == (inside && column == 11'd0) && last_column == (inside && row_ends)
         && first_row == (inside && row == 12'd0) && last_row == (inside && row == height - 12'd1));
+      cleared: assert (!was_reset || (x == 10'd0 && y == 11'd0));
       fifth: cover (inside && column == 11'd5);
     end
   end

@@ -64,6 +64,9 @@ module record_writer_properties (input clock);
   reg [31:0] was_frames;
   reg [3:0] was_errors;
   reg [19:0] was_count, was_dropped, was_withheld;
+  // Scale pairs of which a record is due: those of a candidate two steps after it was found, then the second of two.
+  reg [1:0] due, found_hits;
+  reg was_found;
   wire [1:0] pending = \dut.hits ;
   // The writes of the step that ends now, by definition.
   wire feature = pending != 2'd0;
@@ -80,6 +83,8 @@ module record_writer_properties (input clock);
     end
     if (reset) begin
       ends_waiting <= 0;
+      due <= 2'd0;
+      was_found <= 0;
       frames_done <= 32'd0;
       place <= NOT_YET;
       now_feature <= 0;
@@ -88,6 +93,9 @@ module record_writer_properties (input clock);
       dropped_now <= 20'd0;
       withheld_now <= 20'd0;
     end else if (advance) begin
+      was_found <= found;
+      found_hits <= candidate[22:21];
+      due <= was_found ? found_hits : due[0] ? {due[1], 1'b0} : 2'd0;
       now_feature <= feature & room;
       now_end <= end_now;
       ends_waiting <= frame_end | (ends_waiting & feature);
@@ -118,6 +126,7 @@ module record_writer_properties (input clock);
     if (begun) begin
       // Within three columns of a feature of both scale pairs there is no other feature.
       assume (!(found && \dut.waits && \dut.waiting [22:21] == 2'd3));
+      pending_due: assert (pending == due && \dut.waits == was_found && (!was_found || \dut.waiting [22:21] == found_hits));
       waits: assert (place != WAITS || (\dut.waits && \dut.waiting == followed));
       first: assert (place != FIRST || (hits[0] && !(hits[1] && \dut.waits ) && pending == hits && \dut.now == followed && \dut.ring_bits == bits));
       second: assert (place != SECOND || (pending == 2'd2 && hits == 2'd2 && \dut.now == followed && \dut.ring_bits == bits));

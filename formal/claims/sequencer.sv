@@ -184,6 +184,21 @@ module sequencer_properties (input clock);
     was_height <= height;
   end
 
+  // The beat in front begins a frame that may be taken; what happens then depends on size, drain and commit.
+  wire may_begin = \dut.state == IDLE && \dut.skid_count != 2'd0 && first_beat && enable && \dut.possible ;
+  reg was_resized, was_settling, was_start;
+  reg [1:0] was_settle;
+  reg [10:0] was_offered_width;
+  reg [11:0] was_offered_height;
+  always @(posedge clock) begin
+    was_resized <= may_begin & ~\dut.same & \dut.drained ;
+    was_settling <= may_begin & \dut.same & \dut.settle != 2'd0 & \dut.drained ;
+    was_settle <= \dut.settle ;
+    was_start <= start;
+    was_offered_width <= \dut.offered_width ;
+    was_offered_height <= \dut.offered_height ;
+  end
+
   wire sized = width >= 11'd64 && width <= 11'd1024 && height >= 12'd64 && height <= 12'd2048;
   wire settled = \dut.last_x == width[9:0] - 10'd1 && \dut.last_y == height[10:0] - 11'd1 && \dut.drain_from == lines_96[16:0];
   always @(posedge clock) begin
@@ -198,7 +213,17 @@ module sequencer_properties (input clock);
       once: assert ({2'd0, \dut.stray } + {2'd0, \dut.refuse } + {2'd0, \dut.begins } + {2'd0, \dut.takes } <= 3'd1);
       there: assert (!used || \dut.skid_count != 2'd0);
       dropped: assert (!(\dut.stray || \dut.refuse ) || \dut.state == IDLE);
+      strays: assert (\dut.stray == (\dut.state == IDLE && \dut.skid_count != 2'd0 && !first_beat));
+      refuses: assert (\dut.refuse == (\dut.state == IDLE && \dut.skid_count != 2'd0 && first_beat
+        && !(enable && \dut.possible )));
+      begins_when: assert (\dut.begins == (may_begin && \dut.same && \dut.settle == 2'd0 && committed == was_committed
+        && !stall));
+      drains_when: assert (\dut.drains == (\dut.state == IDLE && !\dut.drained && !\dut.begins && !stall));
       // Rules for frames.
+      cleared: assert (!was_reset || (\dut.x == 10'd0 && \dut.y == 11'd0));
+      counts_down: assert (\dut.settle == (was_reset ? 2'd0 : was_resized ? 2'd3 : was_settle - {1'b0, was_settling}));
+      resized: assert (was_reset || !was_resized || (width == was_offered_width && height == was_offered_height));
+      start_held: assert (was_reset || was_step || start == was_start);
       states: assert (\dut.state != 2'd3 && inside == (\dut.state != IDLE));
       raster: assert (!inside || (column == {1'b0, \dut.x } && row == {1'b0, \dut.y } && sized && settled
         && column < width && row < height && !(column == 11'd0 && row == 12'd0)));

@@ -124,12 +124,17 @@ impl Claim {
     /// Creates a claim from its name, its TOML file and its wrapper, whose module must be `NAME_properties`.
     ///
     /// # Errors
-    /// If the settings are not valid TOML, or a key is missing or unknown.
+    /// If the settings are not valid TOML, a key is missing or unknown, or two holes have the same number.
     pub fn parse(name: &str, settings: &str, properties: &str) -> Result<Self, ClaimError> {
         let claim: Self = toml::from_str(settings).map_err(|error| ClaimError {
             name: name.into(),
             reason: error.to_string().lines().collect::<Vec<_>>().join(" "),
         })?;
+        let mut numbers: Vec<u32> = claim.holes.iter().map(|hole| hole.number).collect();
+        numbers.sort_unstable();
+        if let Some(pair) = numbers.windows(2).find(|pair| pair[0] == pair[1]) {
+            return Err(ClaimError { name: name.into(), reason: format!("two holes have number {}", pair[0]) });
+        }
         let top = Some(format!("{name}_properties"));
         Ok(Self { name: name.into(), properties: properties.into(), top, ..claim })
     }

@@ -6,11 +6,13 @@
 //!
 //! A mutation is harmless if it changes no output in any run that the claim allows. This is an induction over pairs of
 //! runs: original and mutant start a step with equal registers, the original is in a state that the claim's proved
-//! properties allow, and inputs are equal; then outputs and registers are equal after it. Registers that differ are taken out
-//! of the assumption, and the induction is repeated without them, until the rest is inductive or an output differs.
+//! properties allow, and inputs are equal; then outputs and registers are equal after it. Registers that differ are
+//! taken out of the assumption, and the induction is repeated without them, until the rest is inductive or an output
+//! differs.
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -68,7 +70,7 @@ pub enum Class {
     Unproved,
     /// The claim is proved with the mutation in place, and the mutation is not proved to be harmless.
     Survivor,
-    /// The time limit was reached before the mutation was in another class.
+    /// The time limit was reached, by the proof with the mutation in place or already by that without one.
     Undecided,
 }
 
@@ -91,6 +93,8 @@ pub struct Campaign<'a> {
     /// Outputs of the modules, and inputs of those that the claim abstracts.
     outputs: Vec<usize>,
     limit: Duration,
+    /// The claim without a mutation is proved within the time limit.
+    is_decidable: bool,
 }
 
 /// The solver's answer to one query.
@@ -159,15 +163,22 @@ impl<'a> Campaign<'a> {
             })
             .collect::<Result<Vec<_>, _>>()?;
         let select = system.input(select).ok_or_else(|| wrong(form("no input selects a mutation")))?;
-        let campaign = Self { select, claim, work, system, mutations: drawn, outputs, limit: place.limit };
+        let mut campaign =
+            Self { select, claim, work, system, mutations: drawn, outputs, limit: place.limit, is_decidable: true };
         let none = campaign.name("none");
         let steps = claim.depth + u32::from(!claim.bounded);
-        let proved = (claim.bounded || campaign.induction(0, &none)?.is_unsatisfiable())
-            && campaign.base(0, steps, place.limit, &none)?.is_unsatisfiable();
-        match proved {
-            true => Ok(campaign),
-            false => Err(ProveError::Unproved { claim: claim.name.clone() }),
+        let induction = match claim.bounded {
+            true => Reply::Unsatisfiable,
+            false => campaign.induction(0, &none)?,
+        };
+        for reply in [induction, campaign.base(0, steps, place.limit, &none)?] {
+            match reply {
+                Reply::Unsatisfiable => {}
+                Reply::Satisfiable(_) => return Err(ProveError::Unproved { claim: claim.name.clone() }),
+                Reply::TimedOut => campaign.is_decidable = false,
+            }
         }
+        Ok(campaign)
     }
 
     /// Mutations in the order in which they were drawn.
@@ -181,7 +192,7 @@ impl<'a> Campaign<'a> {
     /// If the solver fails.
     pub fn classify(&self, mutation: &Mutation) -> Result<(Class, f64), ProveError> {
         let start = Instant::now();
-        let class = self.class(mutation.number)?;
+        let class = if self.is_decidable { self.class(mutation.number)? } else { Class::Undecided };
         Ok((class, start.elapsed().as_secs_f64()))
     }
 
@@ -218,59 +229,55 @@ impl<'a> Campaign<'a> {
         self.system.signal(name).ok_or_else(|| ProveError::Engine { claim: self.claim.name.clone(), error })
     }
 
-    /// Appends the steps of a run to a query.
-    fn run(&self, query: &mut String, steps: u32, number: usize) -> Result<[usize; 3], ProveError> {
-        let [a, u, i] = [self.predicate("_a")?, self.predicate("_u")?, self.predicate("_i")?];
-        for step in 0..steps {
-            let before = format!("s{}", step.wrapping_sub(1));
-            let from = if step == 0 { Start::Anything } else { Start::Step(&before) };
-            self.step(query, &format!("s{step}"), from, number)?;
-        }
-        Ok([a, u, i])
-    }
-
     fn step(&self, query: &mut String, name: &str, from: Start, number: usize) -> Result<(), ProveError> {
         let mut roots = vec![self.predicate("_a")?, self.predicate("_u")?, self.predicate("_i")?];
+        roots.extend(self.system.signal("_is"));
         roots.extend(&self.outputs);
         self.system.step(query, name, from, (self.select, &format!("#x{number:04x}")), &roots);
         Ok(())
     }
 
-    /// Is there a run from reset that violates a property within this number of steps?
+    /// Is there a run from reset that violates a property within this number of steps? Asked step by step.
     fn base(&self, number: usize, steps: u32, limit: Duration, file: &str) -> Result<Reply, ProveError> {
+        let [a, u, i] = [self.predicate("_a")?, self.predicate("_u")?, self.predicate("_i")?];
         let mut query = self.system.head();
-        let [a, u, i] = self.run(&mut query, steps, number)?;
-        query += &format!("(assert v{i}_s0)\n");
-        self.first_step(&mut query, steps, true);
-        // The assumptions hold up to the step of the violation.
-        let mut violated = "false".to_owned();
-        for step in (0..steps).rev() {
-            violated = format!("(and v{u}_s{step} (or (not v{a}_s{step}) {violated}))");
+        for step in 0..steps {
+            let before = format!("s{}", step.wrapping_sub(1));
+            let from = if step == 0 { Start::Anything } else { Start::Step(&before) };
+            self.step(&mut query, &format!("s{step}"), from, number)?;
+            if step == 0 {
+                query += &format!("(assert v{i}_s0)\n");
+            }
+            query += &self.first_step(step, step == 0);
+            query += &format!("(assert v{u}_s{step})\n(push 1)\n(assert (not v{a}_s{step}))\n(check-sat)\n(pop 1)\n");
+            query += &format!("(assert v{a}_s{step})\n");
         }
-        query += &format!("(assert {violated})\n");
-        self.solve(&query, &[], limit, file)
+        self.solve(&query, &Series::Any, limit, file)
     }
 
-    /// Are there `depth` steps without a violation that are followed by one?
+    /// Are there `depth` steps without a violation that are followed by one? Asked with 0, 1 and more steps before the
+    /// violation, as fewer often suffice for a proof.
     fn induction(&self, number: usize, file: &str) -> Result<Reply, ProveError> {
+        let [a, u] = [self.predicate("_a")?, self.predicate("_u")?];
         let depth = self.claim.depth;
         let mut query = self.system.head();
-        let [a, u, _] = self.run(&mut query, depth + 1, number)?;
-        self.first_step(&mut query, depth + 1, false);
-        for step in 0..=depth {
-            let holds = if step == depth { format!("(not v{a}_s{step})") } else { format!("v{a}_s{step}") };
-            query += &format!("(assert (and v{u}_s{step} {holds}))\n");
+        for step in (0..=depth).rev() {
+            let name = format!("s{step}");
+            self.step(&mut query, &name, Start::Anything, number)?;
+            query += &self.first_step(step, false);
+            let holds = if step == depth { format!("(not v{a}_{name})") } else { format!("v{a}_{name}") };
+            query += &format!("(assert (and v{u}_{name} {holds}))\n");
+            if step < depth {
+                self.system.transition(&mut query, &name, &format!("s{}", step + 1));
+                query += "(check-sat)\n";
+            }
         }
-        self.solve(&query, &[], self.limit, file)
+        self.solve(&query, &Series::All, self.limit, file)
     }
 
-    /// States whether step 0 is the first of a run; no other is.
-    fn first_step(&self, query: &mut String, steps: u32, first: bool) {
-        let Some(is) = self.system.signal("_is").filter(|is| query.contains(&format!("v{is}_s0 "))) else { return };
-        for step in 0..steps {
-            let value = first && step == 0;
-            *query += &format!("(assert (= v{is}_s{step} {value}))\n");
-        }
+    /// States whether a step is the first of a run.
+    fn first_step(&self, step: u32, first: bool) -> String {
+        self.system.signal("_is").map_or(String::new(), |is| format!("(assert (= v{is}_s{step} {first}))\n"))
     }
 
     /// Runs the induction over pairs of runs.
@@ -299,7 +306,8 @@ impl<'a> Campaign<'a> {
             }
             let any: String = (0..flags.len()).map(|at| format!(" d{at}")).collect();
             query += &format!("(assert (or{any}))\n");
-            match self.solve(&query, &flags, self.limit, &self.name(&format!("pair{number}")))? {
+            query += "(check-sat)\n";
+            match self.solve(&query, &Series::One(flags.len()), self.limit, &self.name(&format!("pair{number}")))? {
                 Reply::Unsatisfiable => return Ok(true),
                 Reply::Satisfiable(now) if !now.is_empty() && now.iter().all(|&at| at >= self.outputs.len()) => {
                     different.extend(now.iter().map(|&at| flags[at]));
@@ -309,36 +317,67 @@ impl<'a> Campaign<'a> {
         }
     }
 
-    /// Runs the solver on a query with flags `d0`, `d1` and so on.
-    fn solve(&self, query: &str, flags: &[usize], limit: Duration, file: &str) -> Result<Reply, ProveError> {
+    /// Runs the solver on a query.
+    fn solve(&self, query: &str, series: &Series, limit: Duration, file: &str) -> Result<Reply, ProveError> {
         let wrong = |error| ProveError::Engine { claim: self.claim.name.clone(), error };
-        let program = find_solver().map_err(wrong)?;
-        let values: String = (0..flags.len()).map(|at| format!(" d{at}")).collect();
-        let values = if flags.is_empty() { String::new() } else { format!("(get-value ({values}))\n") };
         let path = self.work.path().join(file);
-        write(&path, &format!("{query}(check-sat)\n{values}")).map_err(wrong)?;
-        let limit = format!("--timeout={}", limit.as_secs().max(1));
-        let output = Command::new(program).arg(limit).arg(&path).stdin(Stdio::null()).output();
-        let output = output.map_err(at_path(&path)).map_err(wrong)?;
-        fs::remove_file(&path).map_err(at_path(&path)).map_err(wrong)?;
-        let text = String::from_utf8_lossy(&output.stdout);
-        let (answer, rest) = text.split_once('\n').unwrap_or((&text, ""));
-        match answer.trim() {
-            "unsat" => Ok(Reply::Unsatisfiable),
-            "sat" => Ok(Reply::Satisfiable(
-                rest.split('(')
-                    .filter_map(|part| part.trim().strip_prefix('d')?.split_once(" true")?.0.parse().ok())
-                    .collect(),
-            )),
-            "unknown" | "interrupted" | "timeout" => Ok(Reply::TimedOut),
-            other => Err(wrong(EngineError::Refused { program: "yices-smt2", reason: other.to_owned() })),
+        let (mut text, flags) = (query.to_owned(), matches!(series, Series::One(1..)));
+        if let Series::One(flags @ 1..) = series {
+            let values: String = (0..*flags).map(|at| format!(" d{at}")).collect();
+            text += &format!("(get-value ({values}))\n");
         }
+        write(&path, &text).map_err(wrong)?;
+        let mut command = Command::new(find_solver().map_err(wrong)?);
+        command.arg(format!("--timeout={}", limit.as_secs().max(1)));
+        if !flags {
+            command.arg("--incremental");
+        }
+        let child = command.arg(&path).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
+        let mut child = child.map_err(at_path(&path)).map_err(wrong)?;
+        let output = child.stdout.take().map(BufReader::new);
+        let reply = output.map_or(Ok(Reply::TimedOut), |output| series.read(output.lines().map_while(Result::ok)));
+        // The rest of a series does not matter.
+        drop(child.kill());
+        child.wait().map_err(at_path(&path)).map_err(wrong)?;
+        fs::remove_file(&path).map_err(at_path(&path)).map_err(wrong)?;
+        reply.map_err(|reason| wrong(EngineError::Refused { program: "yices-smt2", reason }))
     }
 }
 
-impl Reply {
-    fn is_unsatisfiable(&self) -> bool {
-        matches!(self, Self::Unsatisfiable)
+/// How the answers to the checks of a query make one.
+enum Series {
+    /// One check, and the values of this number of flags `d0`, `d1` and so on.
+    One(usize),
+    /// Satisfiable if any check is.
+    Any,
+    /// Satisfiable if all checks are.
+    All,
+}
+
+impl Series {
+    /// Reads the solver's answers up to the one that decides.
+    fn read(&self, mut lines: impl Iterator<Item = String>) -> Result<Reply, String> {
+        let mut reply = None;
+        while let Some(line) = lines.next() {
+            let now = match line.trim() {
+                "unsat" => Reply::Unsatisfiable,
+                "sat" => Reply::Satisfiable(Vec::new()),
+                "unknown" | "interrupted" | "timeout" => return Ok(Reply::TimedOut),
+                other => return Err(other.to_owned()),
+            };
+            match (self, &now) {
+                (Self::One(_), Reply::Satisfiable(_)) => {
+                    let values = lines.collect::<Vec<_>>().concat();
+                    let is_true = |part: &str| part.trim().strip_prefix('d')?.split_once(" true")?.0.parse().ok();
+                    return Ok(Reply::Satisfiable(values.split('(').filter_map(is_true).collect()));
+                }
+                (Self::One(_) | Self::All, Reply::Unsatisfiable) | (Self::Any, Reply::Satisfiable(_)) => {
+                    return Ok(now);
+                }
+                _ => reply = Some(now),
+            }
+        }
+        reply.ok_or_else(|| "no answer".to_owned())
     }
 }
 
@@ -405,7 +444,7 @@ fn draw(
 
 impl Mutation {
     /// Reads a line of `mutate -list`. Returns `None` for pins that are no part of the modules: clocks, which the
-    /// transition system does not have, enables of memories that are read without a clock, and what a proof adds to observe.
+    /// transition system does not have, enables of memories that are read without a clock, and observers of a proof.
     fn parse(line: &str, sources: &BTreeMap<String, String>) -> Option<Self> {
         let line = line.strip_prefix("mutate ")?;
         let words: Vec<&str> = line.split(' ').collect();

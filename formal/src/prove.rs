@@ -22,7 +22,7 @@ pub enum ProveError {
         error: EngineError,
     },
     /// The claim is not proved without a mutation, so a proof that fails with one means nothing.
-    #[error("{claim}: not proved without a mutation: correct the claim or raise the time limit")]
+    #[error("{claim}: not proved without a mutation: correct the claim")]
     Unproved {
         /// Name of the claim.
         claim: String,

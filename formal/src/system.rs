@@ -189,6 +189,13 @@ impl System {
         }
     }
 
+    /// Appends to a query that a step leads to another, the registers of which may have any values so far.
+    pub(crate) fn transition(&self, query: &mut String, step: &str, next: &str) {
+        for (register, value) in &self.registers {
+            let _ = writeln!(query, "(assert (= v{register}_{next} {}))", render(value, step));
+        }
+    }
+
     /// Returns the next value of a register as a text, from the signals of a step.
     pub(crate) fn next_value(&self, register: usize, step: &str) -> String {
         let value = self.registers.iter().find(|(at, _)| *at == register).map(|(_, value)| value);

@@ -213,6 +213,10 @@ impl Score {
             "{claim:<22} {drawn:4} drawn {harmless:4} harmless {killed:4} killed {survivors:4} survive {undecided:4} \
              undecided {in_holes:4} in holes {seconds:7.1} s\n"
         );
+        // Where not even the claim is proved in time, its mutations say nothing one by one.
+        if undecided == drawn {
+            return text + "  no mutation was decided: raise --limit\n";
+        }
         for Classified { mutation, class, hole, .. } in self.results.iter().filter(|result| result.is_open()) {
             let Mutation { number, mode, module, port, wire, file, line, text: source, .. } = mutation;
             let class = format!("{class:?}").to_lowercase();
