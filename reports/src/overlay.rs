@@ -1,7 +1,8 @@
-//! Draws the matches between two pictures: REF on the left, CUR on the right, a line for each match.
+//! Draws the matches between two pictures: REF on the left, CUR on the right, dots for all matches, lines for a sample.
 //!
-//! Inliers are yellow, outliers faint blue. The green outline in CUR is the frame of REF mapped by the homography; the
-//! green arrow is the displacement of the picture centre. Grey values are stretched between the 0.5th and the 99.5th
+//! Inliers are yellow, outliers faint blue. In CUR a red stick begins where the homography maps each inlier and shows
+//! its residual, enlarged. The green outline in CUR is the frame of REF mapped by the homography; the green arrow is the
+//! displacement of the picture centre. Grey values are stretched between the 0.5th and the 99.5th
 //! percentile of each picture, so that pictures of low contrast stay visible. A legend below names the colours.
 
 use crate::canvas::{Area, Canvas, Pen};
@@ -14,13 +15,17 @@ use nalgebra::{Matrix3, Vector2};
 const INLIER: Rgb = [255, 205, 40];
 const OUTLIER: Rgb = [90, 150, 255];
 const OUTLINE: Rgb = [40, 235, 90];
+const RESIDUAL: Rgb = [255, 70, 60];
 const PAPER: Rgb = [255, 255, 255];
 
 /// Gap between the two pictures, px.
 const GAP: usize = 12;
 
-/// Number of lines drawn at full opacity. With more lines the opacity falls in proportion.
-const CLEAR_LINES: f64 = 60.0;
+/// Largest number of lines of one kind: of more matches, one in so many has a line. More lines hide the pictures.
+const MAX_LINES: usize = 60;
+
+/// Factor by which residuals are enlarged: they are fractions of a pixel.
+const RESIDUAL_SCALE: f64 = 20.0;
 
 /// The two pictures, their matches and the estimated homography.
 #[derive(Debug, Clone, Copy)]
@@ -77,19 +82,15 @@ impl Overlay<'_> {
         for &i in self.inliers {
             agrees[i] = true;
         }
-        let opacity =
-            |count: usize, least: f64, most: f64| (most * CLEAR_LINES / count.max(1) as f64).clamp(least, most);
-        let styles = [
-            (false, OUTLIER, 0.7 * pen, opacity(self.pairs.len() - self.inliers.len(), 0.08, 0.3)),
-            (true, INLIER, pen, opacity(self.inliers.len(), 0.14, 0.9)),
-        ];
-        for (wanted, colour, thickness, opacity) in styles {
+        let [inliers, outliers] = self.counts();
+        let styles = [(false, OUTLIER, 0.7 * pen, 0.3, outliers), (true, INLIER, pen, 0.9, inliers)];
+        for (wanted, colour, thickness, opacity, count) in styles {
             let of_kind = || self.pairs.iter().zip(&agrees).filter(move |(_, agrees)| **agrees == wanted);
             canvas.clip = whole;
-            for (pair, _) in of_kind() {
+            for (pair, _) in of_kind().step_by(one_in(count)) {
                 canvas.line(pair.reference, pair.current + to_right, Pen { thickness, colour, opacity });
             }
-            // Dots keep the ends of crowded lines visible.
+            // Matches without a line are dots only.
             for (pair, _) in of_kind() {
                 for end in [pair.reference, pair.current + to_right] {
                     canvas.dot(end, 1.6 * thickness, colour, if wanted { 1.0 } else { 0.5 });
@@ -98,6 +99,12 @@ impl Overlay<'_> {
         }
         if let Some(h) = self.homography {
             canvas.clip = right;
+            for &i in self.inliers {
+                let Pair { reference, current } = self.pairs[i];
+                let Some(mapped) = transfer(&h, reference) else { continue };
+                let end = mapped + RESIDUAL_SCALE * (current - mapped);
+                canvas.line(mapped + to_right, end + to_right, Pen { thickness: pen, colour: RESIDUAL, opacity: 1.0 });
+            }
             self.outline(&mut canvas, &h, to_right, pen);
         }
         for (index, (colour, text)) in legend.iter().enumerate() {
@@ -106,14 +113,24 @@ impl Overlay<'_> {
         canvas.picture
     }
 
+    /// Returns the numbers of inliers and outliers.
+    fn counts(&self) -> [usize; 2] {
+        [self.inliers.len(), self.pairs.len() - self.inliers.len()]
+    }
+
     /// Returns the meaning of each colour.
     fn legend(&self) -> Vec<(Rgb, String)> {
-        let others = self.pairs.len() - self.inliers.len();
+        let [inliers, outliers] = self.counts();
+        let lines_of = |count: usize| match one_in(count) {
+            1 => String::new(),
+            several => format!(", a line for one in {several}"),
+        };
         let mut lines = vec![
-            (INLIER, format!("{} matches that agree with the motion", self.inliers.len())),
-            (OUTLIER, format!("{others} matches that do not")),
+            (INLIER, format!("{inliers} matches that agree with the motion{}", lines_of(inliers))),
+            (OUTLIER, format!("{outliers} matches that do not{}", lines_of(outliers))),
         ];
         if self.homography.is_some() {
+            lines.push((RESIDUAL, format!("their residuals, {RESIDUAL_SCALE} times as long")));
             lines.push((OUTLINE, "frame of REF in CUR, and the motion of its centre".to_owned()));
         }
         lines
@@ -141,6 +158,11 @@ impl Overlay<'_> {
         }
         canvas.dot(centre + to_right, 3.0 * pen, OUTLINE, 1.0);
     }
+}
+
+/// Returns of how many matches of a kind one has a line.
+fn one_in(count: usize) -> usize {
+    count.div_ceil(MAX_LINES).max(1)
 }
 
 #[cfg(test)]
@@ -203,6 +225,24 @@ mod tests {
         }
         assert!(!below.contains(&&OUTLINE), "no frame is drawn, so none is explained");
         assert_eq!(picture[(20, 60)], INLIER, "the end is marked");
+    }
+
+    /// Two residuals of half a pixel to the right are drawn as 10 px; of many matches only some have a line.
+    #[test]
+    fn residuals_are_enlarged_and_lines_are_a_sample() {
+        let pair = |y: f64| Pair { reference: Vector2::new(20.0, y), current: Vector2::new(50.5, y) };
+        let picture = drawn(&[pair(30.0)], &[0], Some(shift(30.0, 0.0)));
+        let right = SIDE + GAP;
+        let reds = |x: usize| picture[(right + x, 30)] == RESIDUAL;
+        assert!(reds(54) && reds(58) && !reds(62), "{:?}", picture[(right + 55, 30)]);
+
+        let many: Vec<Pair> = (0..90).map(|i| pair(5.0 + f64::from(i) * 0.9)).collect();
+        let picture = drawn(&many, &(0..90).collect::<Vec<_>>(), None);
+        let gap = SIDE + GAP / 2;
+        let crossed = (0..SIDE - 10).filter(|&y| picture[(gap, y)] != PAPER).count();
+        let whole = drawn(&many[..45], &(0..45).collect::<Vec<_>>(), None);
+        let crossed_whole = (0..SIDE - 10).filter(|&y| whole[(gap, y)] != PAPER).count();
+        assert!(crossed < 2 * crossed_whole, "{crossed} {crossed_whole}");
     }
 
     #[test]
