@@ -1,9 +1,9 @@
 //! Draws the matches between two pictures: REF on the left, CUR on the right, dots for all matches, lines for a sample.
 //!
 //! Inliers are yellow, outliers faint blue. In CUR a red stick begins where the homography maps each inlier and shows
-//! its residual, enlarged. The green outline in CUR is the frame of REF mapped by the homography; the green arrow is the
-//! displacement of the picture centre. Grey values are stretched between the 0.5th and the 99.5th
-//! percentile of each picture, so that pictures of low contrast stay visible. A legend below names the colours.
+//! its residual, enlarged. The green outline in CUR is the frame of REF mapped by the homography; the green arrow is
+//! the displacement of the picture centre. Grey values are stretched between the 0.5th and the 99.5th percentile of
+//! each picture, so that pictures of low contrast stay visible. A legend below names the colours.
 
 use crate::canvas::{Area, Canvas, Pen};
 use crate::colour::Rgb;
