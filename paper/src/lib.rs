@@ -2,12 +2,12 @@
 //!
 //! | module | figures |
 //! |---|---|
-//! | [`system`] | 1 to 3, 12, 13: what is connected to what, and what flows |
-//! | [`terrain`] | 4 and formula (1): displacement of points by relief |
-//! | [`filters`] | 5 to 7: the first-order filter in place of the Gaussian |
-//! | [`descriptors`] | 8 and 9: LBP and MaxLBP |
-//! | [`motion`] | 10, 11 and 15: matching on pseudo-orthophotos, RANSAC |
-//! | [`scenes`] | 14: pictures of the simulator |
+//! | `system` | 1 to 3, 12, 13: what is connected to what, and what flows |
+//! | `terrain` | 4 and formula (1): displacement of points by relief |
+//! | `filters` | 5 to 7: the first-order filter in place of the Gaussian |
+//! | `descriptors` | 8 and 9: LBP and MaxLBP |
+//! | `motion` | 10, 11 and 15: matching on pseudo-orthophotos, RANSAC |
+//! | `scenes` | 14: pictures of the simulator |
 //!
 //! The pictures are those of the simulator, and everything random has a seed, so the page is the same everywhere. Only
 //! instructions of the ARM, which take a cross compiler and an emulator, come from `docs/results.json`.
