@@ -94,8 +94,9 @@ const FORCE_NOISE: f64 = 1e-2;
 const GYRO_BIAS_SIGMA: f64 = 1e-3;
 /// Standard error of the bias of an accelerometer at the start, m/s^2.
 const FORCE_BIAS_SIGMA: f64 = 0.04;
-/// Random walk of the bias of a gyroscope, rad/s/sqrt(s).
-const GYRO_BIAS_WALK: f64 = 2e-5;
+/// Random walk of the bias of a gyroscope, rad/s/sqrt(s). It is wide enough to follow a bias that steps by 1e-3 rad/s
+/// within seconds; a narrower one takes the step for a tilt, and the tilt for a displacement.
+const GYRO_BIAS_WALK: f64 = 1e-4;
 /// Random walk of the bias of an accelerometer, m/s^2/sqrt(s).
 const FORCE_BIAS_WALK: f64 = 1e-3;
 /// Time constant of the wander of the attitude reading, s.
