@@ -45,6 +45,10 @@ def test_registers_are_named_by_the_instance_that_drives_them(pair):
     assert names.register(of["part.second.y"]) == "second.y"
     assert names.register(of["place_out"]) == "port y"
     assert names.register(of["place_chain"]) == place.HARNESS
+    # Between the adders a net has names in three modules, and the first adder drives it.
+    assert names.driver(["part"], "middle", 1) == (["part", "first"], "y", 1)
+    assert names.driver(["part", "second"], "x", 1) == (["part", "first"], "y", 1)
+    assert names.driver(["part", "second"], "x_LUT4_Z", 1) is None
     assert names.endpoint("part.second.y_TRELLIS_FF_Q", "CE") == "second.y, enable"
     assert names.endpoint("part.lines.memory.0.3", "DOA4") == "lines.memory.0.3"
 
