@@ -1,6 +1,7 @@
 //! The camera KT-27: converts radiance on the sensor into a frame of 16-bit samples.
 //!
 //! ```text
+//! dust         v <- t v inside a speck                             after the motion, as it sits on the sensor
 //! vignetting   v <- v cos^4(angle off the axis), softened          natural fall-off of a lens
 //! motion       v <- mean of v along the motion during the exposure
 //! electrons    e = v t s                                           t exposure, s electrons a second at radiance 1
@@ -14,15 +15,15 @@
 //! [`Optics`].
 
 use hoverlock_reference::image::plane::Plane;
-use hoverlock_reference::motion::orthophoto::{Camera, ViewError};
+use hoverlock_reference::motion::orthophoto::{Attitude, Camera, ViewError};
 use nalgebra::{Vector2, Vector3};
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::Rng;
 use rayon::prelude::*;
 
 use crate::pose::Pose;
-use crate::random::Purpose;
+use crate::random::{Purpose, stream};
 
 /// Columns and rows of a frame, pixels.
 pub const FRAME_SIZE: (usize, usize) = (1024, 768);
@@ -44,6 +45,10 @@ pub struct Optics {
     pub distortion: [f64; 2],
     /// Time from the read-out of the first row to that of the last, s; 0 for a global shutter.
     pub readout_time: f64,
+    /// Rotation of the camera relative to the inertial sensor that nobody knows of.
+    pub boresight: Attitude,
+    /// Number of specks of dust on the sensor.
+    pub specks: u32,
     /// Capacity of a pixel, electrons.
     pub full_well: f64,
     /// Read noise, electrons rms.
@@ -65,6 +70,8 @@ impl Default for Optics {
             vignetting: 0.5,
             distortion: [0.0; 2],
             readout_time: 0.0,
+            boresight: Attitude::default(),
+            specks: 0,
             full_well: 20_000.0,
             read_noise: 12.0,
             fill_time: 2e-3,
@@ -114,6 +121,42 @@ impl Motion {
 /// Motion at the corners, px, below which no blur is drawn: its standard deviation would be 0.06 px.
 const MIN_BLUR_PX: f64 = 0.2;
 
+/// A speck of dust on the sensor.
+#[derive(Debug, Clone, Copy)]
+struct Speck {
+    /// Middle, px.
+    at: [f64; 2],
+    /// Radius, px.
+    radius: f64,
+    /// Part of the light that passes.
+    transmission: f32,
+}
+
+impl Speck {
+    fn draw(random: &mut ChaCha8Rng) -> Self {
+        let mut uniform = |min: f64, max: f64| min + (max - min) * random.random::<f64>();
+        let at = [uniform(0.0, FRAME_SIZE.0 as f64), uniform(0.0, FRAME_SIZE.1 as f64)];
+        Self { at, radius: uniform(1.0, 5.0), transmission: uniform(0.2, 0.9) as f32 }
+    }
+
+    /// Darkens the pixels inside.
+    fn darken(&self, radiance: &mut Plane<f32>) {
+        let [x, y] = self.at;
+        let span = |middle: f64, end: usize| {
+            let first = (middle - self.radius).ceil().max(0.0) as usize;
+            first..((middle + self.radius).floor() as usize + 1).min(end)
+        };
+        let (columns, rows) = (span(x, radiance.width()), span(y, radiance.height()));
+        for row in rows {
+            for column in columns.clone() {
+                if (column as f64 - x).hypot(row as f64 - y) <= self.radius {
+                    radiance[(column, row)] *= self.transmission;
+                }
+            }
+        }
+    }
+}
+
 /// The camera with its zoom and exposure control.
 #[derive(Debug, Clone)]
 pub struct Kt27 {
@@ -124,6 +167,7 @@ pub struct Kt27 {
     wanted: f64,
     exposure: f64,
     gain: f64,
+    dust: Vec<Speck>,
 }
 
 impl Kt27 {
@@ -131,7 +175,9 @@ impl Kt27 {
     pub fn new(optics: Optics, field_of_view: f64, seed: u64) -> Self {
         let field_of_view = field_of_view.clamp(FIELD_OF_VIEW_RANGE_DEG[0], FIELD_OF_VIEW_RANGE_DEG[1]);
         let exposure = (optics.target_mean * optics.fill_time).min(optics.max_exposure);
-        Self { optics, seed, frames: 0, field_of_view, wanted: field_of_view, exposure, gain: 1.0 }
+        let mut random = stream(seed, Purpose::Dust);
+        let dust = (0..optics.specks).map(|_| Speck::draw(&mut random)).collect();
+        Self { optics, seed, frames: 0, field_of_view, wanted: field_of_view, exposure, gain: 1.0, dust }
     }
 
     /// Returns the assumed properties.
@@ -184,6 +230,7 @@ impl Kt27 {
         if let Some(blurred) = motion_blurred(radiance, motion) {
             *radiance = blurred;
         }
+        self.dust.iter().for_each(|speck| speck.darken(radiance));
         let optics = self.optics;
         let electrons = (optics.full_well * self.exposure / optics.fill_time) as f32;
         let per_electron = (FULL_SCALE / optics.full_well * self.gain) as f32;

@@ -404,6 +404,11 @@ impl Flight {
         }
     }
 
+    /// Sets the velocity of a gust that comes on top of the wind, m/s.
+    pub fn set_gust(&mut self, velocity: Vector3<f64>) {
+        self.wind.set_gust(velocity);
+    }
+
     /// Adds to the constant errors of the inertial sensor: angular rates (rad/s) and specific force (m/s^2).
     pub fn add_inertial_bias(&mut self, rates: &Vector3<f64>, force: &Vector3<f64>) {
         self.imu.add_bias(rates, force);

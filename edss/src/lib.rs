@@ -6,6 +6,7 @@
 //! | `autopilot` | holds attitude, heading, height and position from sensors and vision |
 //! | [`camera`] | converts radiance into a frame of 16-bit samples |
 //! | [`flight`] | steps helicopter, wind, sensors and autopilot together |
+//! | [`obstruction`] | what is between the scene and the sensor |
 //! | [`pose`] | position and attitude of a camera |
 //! | [`random`] | one seeded stream of random numbers for each purpose |
 //! | [`render`] | renders a scene as seen by a camera |
@@ -22,6 +23,7 @@ mod aircraft;
 mod autopilot;
 pub mod camera;
 pub mod flight;
+pub mod obstruction;
 pub mod pose;
 pub mod random;
 pub mod render;

@@ -32,6 +32,15 @@ impl Pose {
         Self { position: self.position.lerp(&end.position, t), attitude }
     }
 
+    /// Returns the pose of a camera that is turned by `boresight` relative to this one.
+    pub fn turned(&self, boresight: &Attitude) -> Self {
+        if *boresight == Attitude::default() {
+            return *self;
+        }
+        let rotation = self.attitude.rotation() * boresight.rotation();
+        Self { position: self.position, attitude: Attitude::of_rotation(&rotation) }
+    }
+
     /// Returns the pose after a short time, with `velocity` over the ground (m/s) and `rates` about the camera's axes
     /// (rad/s). Exact to second order in the angle of rotation.
     pub fn moved(&self, velocity: &Vector3<f64>, rates: &Vector3<f64>, seconds: f64) -> Self {

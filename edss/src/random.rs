@@ -20,6 +20,8 @@ pub enum Purpose {
     Flight,
     /// Noise and drift of the barometer.
     Barometer,
+    /// Dust on the sensor.
+    Dust,
 }
 
 /// Returns the stream of a seed for a purpose.

@@ -64,6 +64,8 @@ impl Climate {
 #[derive(Debug, Clone)]
 pub struct Wind {
     mean: Vector3<f64>,
+    /// A gust that comes on top.
+    gust: Vector3<f64>,
     /// Unit vector along the wind.
     along: Vector2<f64>,
     longitudinal: FirstOrder,
@@ -79,6 +81,7 @@ impl Wind {
         let [longitudinal, lateral, vertical] = climate.components();
         Self {
             mean: climate.mean.push(0.0),
+            gust: Vector3::zeros(),
             along: climate.mean.try_normalize(1e-9).unwrap_or(Vector2::x()),
             longitudinal: FirstOrder::new(longitudinal, step, &mut random),
             lateral: SecondOrder::new(lateral, step, &mut random),
@@ -91,7 +94,12 @@ impl Wind {
     pub fn velocity(&self) -> Vector3<f64> {
         let across = Vector2::new(-self.along.y, self.along.x);
         let horizontal = self.along * self.longitudinal.value() + across * self.lateral.value();
-        self.mean + horizontal.push(self.vertical.value())
+        self.mean + self.gust + horizontal.push(self.vertical.value())
+    }
+
+    /// Sets the velocity of a gust that comes on top, m/s.
+    pub fn set_gust(&mut self, velocity: Vector3<f64>) {
+        self.gust = velocity;
     }
 
     /// Advances by one step.

@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 
 use crate::camera::{FRAME_RATE, FRAME_SIZE, Kt27, Motion, Optics};
 use crate::flight::{Fix, Flight, InertialSample, Moment, Readings, Setup};
+use crate::obstruction::Obstruction;
 use crate::pose::Pose;
 use crate::render::{Lens, Renderer, Shot};
 
@@ -22,22 +23,6 @@ pub struct Exposure {
     pub moment: Moment,
     /// Field of view across the columns, radians.
     pub field_of_view: f64,
-}
-
-/// What is between the scene and the camera: `radiance <- transmission radiance + veil mean(radiance)`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Obstruction {
-    /// Factor of the radiance of the scene: 0 for a covered lens, above 1 for a sudden light.
-    pub transmission: f64,
-    /// Uniform radiance that is added, relative to the mean of the scene: that of a cloud.
-    pub veil: f64,
-}
-
-impl Default for Obstruction {
-    /// Returns a free view.
-    fn default() -> Self {
-        Self { transmission: 1.0, veil: 0.0 }
-    }
 }
 
 /// A flight over a scene, with a camera.
@@ -71,15 +56,16 @@ impl World {
     pub fn expose(&mut self, time: f64) -> Result<Exposure, ViewError> {
         let moment = self.advance(time);
         let renderer = &self.renderer;
-        let readings = self.flight.readings(&mut |pose| true_range(renderer, time, pose));
+        let optics = *self.camera.optics();
+        let readings = self.flight.readings(&mut |pose| true_range(renderer, time, pose.turned(&optics.boresight)));
         let pinhole = self.camera.pinhole()?;
-        let optics = self.camera.optics();
-        let Moment { camera: pose, velocity, rates, .. } = moment;
+        let pose = moment.camera.turned(&optics.boresight);
+        let (velocity, rates) = (moment.velocity, optics.boresight.rotation().transpose() * moment.rates);
         let last = pose.moved(&velocity, &rates, optics.readout_time);
         let [k1, k2] = optics.distortion;
         let shot = Shot { lens: Lens { camera: pinhole, k1, k2 }, first: pose, last, time };
         self.renderer.render(&shot, &mut self.radiance);
-        self.obstruct();
+        self.obstruction.apply(&mut self.radiance);
         if !self.exposure_settled {
             self.exposure_settled = true;
             self.camera.settle_exposure(&self.radiance);
@@ -101,20 +87,14 @@ impl World {
         self.flight.engage();
     }
 
+    /// Sets the velocity of a gust that comes on top of the wind, m/s.
+    pub fn set_gust(&mut self, velocity: Vector3<f64>) {
+        self.flight.set_gust(velocity);
+    }
+
     /// Adds to the constant errors of the inertial sensor: angular rates (rad/s) and specific force (m/s^2).
     pub fn add_inertial_bias(&mut self, rates: &Vector3<f64>, force: &Vector3<f64>) {
         self.flight.add_inertial_bias(rates, force);
-    }
-
-    /// Applies the obstruction to the radiance.
-    fn obstruct(&mut self) {
-        if self.obstruction == Obstruction::default() {
-            return;
-        }
-        let samples = self.radiance.as_mut_slice();
-        let mean = samples.iter().map(|&value| f64::from(value)).sum::<f64>() / samples.len() as f64;
-        let (factor, added) = (self.obstruction.transmission as f32, (self.obstruction.veil * mean) as f32);
-        samples.iter_mut().for_each(|value| *value = factor * *value + added);
     }
 
     fn advance(&mut self, time: f64) -> Moment {

@@ -80,6 +80,7 @@ pub(super) fn fly(
             world.apply_fix(at, fix);
         }
         world.obstruction = settings.scenario.obstruction(time);
+        world.set_gust(settings.scenario.gust(time));
         for (rates, force) in settings.scenario.inertial_steps(number) {
             world.add_inertial_bias(&rates.into(), &force.into());
         }
@@ -182,7 +183,7 @@ fn telemetry(
     let half = (exposure.field_of_view / 2.0).tan() / (1.0 + settings.scenario.camera.focal);
     Telemetry {
         frame: number as u32,
-        time_us: (1e6 * exposure.readings.time).round() as u64,
+        time_us: (1e6 * (exposure.readings.time + settings.scenario.camera.delay_s)).round() as u64,
         attitude: exposure.readings.attitude,
         range: last_range.max(0.1),
         field_of_view: 2.0 * half.atan(),

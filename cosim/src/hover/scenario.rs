@@ -14,13 +14,16 @@
 //! `altitude`, `view`. A scene that is not built in is searched beside the scenario; a table `[scene]` is a scene
 //! itself. `[camera]` has errors of the camera that the flight program does not know.
 
+use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use hoverlock_arm::message::Command;
 use hoverlock_edss::camera::{FRAME_RATE, Optics};
 use hoverlock_edss::flight::Altitude;
+use hoverlock_edss::obstruction::{Effect, Obstruction, Spot};
 use hoverlock_edss::scene::Scene;
-use hoverlock_edss::world::Obstruction;
+use hoverlock_reference::motion::orthophoto::Attitude;
+use nalgebra::Vector3;
 use serde::Deserialize;
 
 use super::{CameraView, HoverSettings};
@@ -63,6 +66,12 @@ pub struct CameraErrors {
     pub readout_s: f64,
     /// Relative error of the focal length in the telemetry: -0.1 to 0.1.
     pub focal: f64,
+    /// Roll, pitch and yaw of the camera relative to the inertial sensor, degrees: -5 to 5 each.
+    pub boresight_deg: [f64; 3],
+    /// Time by which frames are stamped late, s: 0 to 0.1.
+    pub delay_s: f64,
+    /// Specks of dust on the sensor: 0 to 10000.
+    pub specks: u32,
 }
 
 /// An event of a flight.
@@ -93,6 +102,39 @@ pub enum Event {
         seconds: f64,
         /// Factor of the radiance, 0 to 100.
         factor: f64,
+    },
+    /// Light that the lens scatters: a bright spot that stays in its place in the picture.
+    Glare {
+        /// Time of the event, s.
+        t: f64,
+        /// Duration, s.
+        seconds: f64,
+        /// Its middle, as parts of the columns and of the rows: -1 to 2 each.
+        at: [f64; 2],
+        /// Its radius, as a part of the columns: 0.001 to 1.
+        radius: f64,
+        /// Its light in the middle, relative to the mean of the picture: 0 to 100.
+        strength: f64,
+    },
+    /// A drop on the front glass.
+    Drop {
+        /// Time of the event, s.
+        t: f64,
+        /// Duration, s.
+        seconds: f64,
+        /// Its middle, as parts of the columns and of the rows: -1 to 2 each.
+        at: [f64; 2],
+        /// Its radius, as a part of the columns: 0.001 to 1.
+        radius: f64,
+    },
+    /// A gust that swells and falls like `(1 - cos) / 2` (MIL-F-8785C, section 3.7.1.3).
+    Gust {
+        /// Time of the event, s.
+        t: f64,
+        /// Duration, s.
+        seconds: f64,
+        /// Its largest velocity along `X_e`, `Y_e` and down, m/s: -20 to 20 each.
+        wind_m_per_s: [f64; 3],
     },
     /// Frames do not arrive.
     Dropped {
@@ -171,6 +213,9 @@ impl Event {
             Self::Black { t, seconds }
             | Self::Cloud { t, seconds, .. }
             | Self::Light { t, seconds, .. }
+            | Self::Glare { t, seconds, .. }
+            | Self::Drop { t, seconds, .. }
+            | Self::Gust { t, seconds, .. }
             | Self::Dropped { t, seconds }
             | Self::Laser { t, seconds, .. }
             | Self::LaserLost { t, seconds }
@@ -218,6 +263,14 @@ impl Event {
             Self::Cloud { density, .. } if !valid(*density, 0.0, 1.0) => Some("density"),
             Self::Light { factor, .. } if !valid(*factor, 0.0, 100.0) => Some("factor"),
             Self::Laser { factor, .. } if !valid(*factor, 0.01, 100.0) => Some("factor"),
+            Self::Glare { at, .. } | Self::Drop { at, .. } if !at.iter().all(|&part| valid(part, -1.0, 2.0)) => {
+                Some("at")
+            }
+            Self::Glare { radius, .. } | Self::Drop { radius, .. } if !valid(*radius, 0.001, 1.0) => Some("radius"),
+            Self::Glare { strength, .. } if !valid(*strength, 0.0, 100.0) => Some("strength"),
+            Self::Gust { wind_m_per_s, .. } if !wind_m_per_s.iter().all(|&wind| valid(wind, -20.0, 20.0)) => {
+                Some("wind_m_per_s")
+            }
             Self::Late { delay_s, .. } if !valid(*delay_s, 0.0, 2.0) => Some("delay_s"),
             Self::ImuBias { rates_deg_per_s, .. } if !rates_deg_per_s.iter().all(|&rate| valid(rate, -1.0, 1.0)) => {
                 Some("rates_deg_per_s")
@@ -271,7 +324,10 @@ struct File {
 impl Scenario {
     /// Returns the optics of the camera.
     pub(super) fn optics(&self) -> Optics {
-        Optics { distortion: [self.camera.k1, 0.0], readout_time: self.camera.readout_s, ..Optics::default() }
+        let CameraErrors { k1, readout_s, boresight_deg, specks, .. } = self.camera;
+        let [roll, pitch, yaw] = boresight_deg.map(f64::to_radians);
+        let boresight = Attitude { roll, pitch, yaw };
+        Optics { distortion: [k1, 0.0], readout_time: readout_s, boresight, specks, ..Optics::default() }
     }
 
     /// Returns what is between scene and camera at a time (s).
@@ -282,12 +338,31 @@ impl Scenario {
                 Event::Black { .. } => (0.0, 0.0),
                 Event::Cloud { density, .. } => (1.0 - density, density),
                 Event::Light { factor, .. } => (factor, 0.0),
+                Event::Glare { at, radius, strength, .. } => {
+                    view.spots.push(Spot { at, radius, effect: Effect::Glare(strength) });
+                    continue;
+                }
+                Event::Drop { at, radius, .. } => {
+                    view.spots.push(Spot { at, radius, effect: Effect::Drop });
+                    continue;
+                }
                 _ => continue,
             };
             view.transmission *= transmission;
             view.veil = view.veil * transmission + veil;
         }
         view
+    }
+
+    /// Returns the velocity of the gusts of the scenario at a time (s), m/s.
+    pub(super) fn gust(&self, time: f64) -> Vector3<f64> {
+        let at = |event: &Event| match *event {
+            Event::Gust { t, seconds, wind_m_per_s } if event.is_active(time) => {
+                Vector3::from(wind_m_per_s) * ((1.0 - libm::cos(TAU * (time - t) / seconds)) / 2.0)
+            }
+            _ => Vector3::zeros(),
+        };
+        self.events.iter().map(at).sum()
     }
 
     /// Returns `true` if the frame at a time (s) does not arrive.
@@ -371,9 +446,16 @@ impl HoverSettings {
         if let Some((index, key)) = file.event.iter().enumerate().find_map(|(i, event)| Some((i, event.invalid()?))) {
             return Err(invalid(format!("event {}: {key} is out of range", index + 1)));
         }
-        let CameraErrors { k1, readout_s, focal } = file.camera;
-        let limits = [("k1", k1, -1.0, 1.0), ("readout_s", readout_s, 0.0, 0.1), ("focal", focal, -0.1, 0.1)];
-        if let Some((name, value, min, max)) = limits.into_iter().find(|(_, v, min, max)| !(min..=max).contains(&v)) {
+        let CameraErrors { k1, readout_s, focal, boresight_deg, delay_s, specks } = file.camera;
+        let limits = [
+            ("k1", k1, -1.0, 1.0),
+            ("readout_s", readout_s, 0.0, 0.1),
+            ("focal", focal, -0.1, 0.1),
+            ("delay_s", delay_s, 0.0, 0.1),
+            ("specks", specks.into(), 0.0, 10_000.0),
+        ];
+        let mut limits = limits.into_iter().chain(boresight_deg.map(|angle| ("boresight_deg", angle, -5.0, 5.0)));
+        if let Some((name, value, min, max)) = limits.find(|(_, v, min, max)| !(min..=max).contains(&v)) {
             return Err(invalid(format!("camera.{name} is {value}, and must be {min} to {max}")));
         }
         let (scene, inline) = match file.scene {
@@ -445,6 +527,20 @@ mod tests {
     }
 
     #[test]
+    fn spots_gusts_and_errors_of_the_mounting_are_read() {
+        let text = "scene = 'field'\n[camera]\nboresight_deg = [0.0, 180e-2, 0.0]\nspecks = 7\ndelay_s = 0.01\n\
+            [[event]]\nt = 2.0\nevent = 'drop'\nseconds = 1.0\nat = [0.2, 0.3]\nradius = 0.1\n\
+            [[event]]\nt = 2.5\nevent = 'glare'\nseconds = 1.0\nat = [0.5, 0.5]\nradius = 0.3\nstrength = 4.0\n\
+            [[event]]\nt = 1.0\nevent = 'gust'\nseconds = 2.0\nwind_m_per_s = [3.0, 0.0, -1.0]";
+        let scenario = read(text).unwrap().scenario;
+        let optics = scenario.optics();
+        assert!((optics.boresight.pitch - 1e-2 * std::f64::consts::PI).abs() < 1e-12 && optics.specks == 7);
+        assert_eq!([1.9, 2.0, 2.6, 3.2].map(|time| scenario.obstruction(time).spots.len()), [0, 1, 2, 1]);
+        let gusts = [0.9, 1.0, 1.5, 2.0].map(|time| scenario.gust(time).x);
+        assert!(gusts.iter().zip([0.0, 0.0, 1.5, 3.0]).all(|(a, b)| (a - b).abs() < 1e-9), "{gusts:?}");
+    }
+
+    #[test]
     fn what_is_wrong_is_named_with_its_place() {
         let refused = |text: &str, why: &str| {
             let error = read(text).unwrap_err();
@@ -455,6 +551,10 @@ mod tests {
         refused("scene = 'field'\n[[event]]\nt = 1.0\nevent = 'storm'\n", "unknown variant `storm`");
         refused("scene = 'field'\n[[event]]\nt = -1.0\nevent = 'renew'\n", "event 1: t is out of range");
         refused("scene = 'field'\n[camera]\nk1 = 3.0\n", "camera.k1 is 3, and must be -1 to 1");
+        refused("scene = 'field'\n[camera]\nboresight_deg = [0.0, 9.0, 0.0]\n", "camera.boresight_deg is 9");
+        let drop =
+            "scene = 'field'\n[[event]]\nt = 1.0\nevent = 'drop'\nseconds = 1.0\nat = [0.5, 0.5]\nradius = 2.0\n";
+        refused(drop, "event 1: radius is out of range");
         refused("seconds = 3.0\n", "missing field `scene`");
         refused(
             "scene = 'field'\n[[event]]\nt = 1.0\nevent = 'late'\nseconds = 1.0\ndelay_s = 3.0\n",

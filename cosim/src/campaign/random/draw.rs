@@ -297,7 +297,8 @@ impl Draw {
         });
     }
 
-    /// Draws errors of the camera: at most one standard deviation that the flight program assumes.
+    /// Draws errors of the camera: at most one standard deviation that the flight program assumes, dust, and frames
+    /// stamped late, of which it knows nothing.
     fn calibration(&mut self) {
         for (kind, key, probability, [min, max]) in [
             ("distortion", "k1", 0.35, [-0.05, 0.05]),
@@ -309,6 +310,20 @@ impl Draw {
                 (format!("{value:.4}"), format!("{key} = {value:.5}\n"))
             });
         }
+        self.add("boresight", Part::Camera, 0.25, |random| {
+            let angles = [0; 3].map(|_| random.uniform(-0.2, 0.2));
+            let largest = angles.iter().fold(0.0f64, |largest, angle| largest.max(angle.abs()));
+            let [roll, pitch, yaw] = angles;
+            (format!("{largest:.2}"), format!("boresight_deg = [{roll:.3}, {pitch:.3}, {yaw:.3}]\n"))
+        });
+        self.add("delay", Part::Camera, 0.15, |random| {
+            let delay = random.uniform(0.0, 0.01);
+            (format!("{delay:.4}"), format!("delay_s = {delay:.5}\n"))
+        });
+        self.add("specks", Part::Camera, 0.15, |random| {
+            let specks = random.log_uniform(3.0, 300.0).round();
+            (format!("{specks}"), format!("specks = {specks}\n"))
+        });
     }
 
     /// Adds an event with a duration (s) within limits. `keys` draws its other keys.
@@ -330,6 +345,15 @@ impl Draw {
         self.fault("black", 0.12, [0.2, 3.0], |_| String::new());
         self.fault("cloud", 0.15, [0.2, 3.0], |random| format!("density = {:.2}\n", random.uniform(0.5, 1.0)));
         self.fault("light", 0.12, [0.1, 2.0], |random| format!("factor = {:.2}\n", random.log_uniform(0.2, 5.0)));
+        let spot = |random: &mut Numbers| {
+            let [x, y] = [0; 2].map(|_| random.uniform(0.0, 1.0));
+            format!("at = [{x:.2}, {y:.2}]\nradius = {:.3}\n", random.log_uniform(0.02, 0.3))
+        };
+        self.fault("glare", 0.1, [0.2, 6.0], |random| {
+            let strength = random.log_uniform(0.2, 5.0);
+            format!("{}strength = {strength:.2}\n", spot(random))
+        });
+        self.fault("drop", 0.1, [0.5, 20.0], spot);
         self.fault("dropped", 0.15, [0.07, 1.5], |_| String::new());
         self.fault("late", 0.1, [0.1, 3.0], |random| format!("delay_s = {:.2}\n", random.uniform(0.05, 0.4)));
         self.fault("repeated", 0.08, [0.1, 5.0], |_| String::new());
@@ -347,6 +371,10 @@ impl Draw {
     }
 
     fn sensor_faults(&mut self) {
+        self.fault("gust", 0.15, [1.0, 5.0], |random| {
+            let [x, y, down] = [3.0, 3.0, 1.0].map(|most| random.uniform(-most, most));
+            format!("wind_m_per_s = [{x:.2}, {y:.2}, {down:.2}]\n")
+        });
         self.fault("laser", 0.12, [0.05, 1.5], |random| format!("factor = {:.2}\n", random.log_uniform(0.4, 2.5)));
         self.add("laser-at-capture", Part::Event, 0.06, |random| {
             let factor = random.log_uniform(0.4, 2.5);
@@ -365,7 +393,7 @@ impl Draw {
 }
 
 /// The kinds of ingredients. The index is that of the random stream, so a new kind is added at the end.
-const KINDS: [&str; 30] = [
+const KINDS: [&str; 36] = [
     "height",
     "climb",
     "narrow",
@@ -396,6 +424,12 @@ const KINDS: [&str; 30] = [
     "laser-at-capture",
     "laser-lost",
     "imu-bias",
+    "boresight",
+    "delay",
+    "specks",
+    "glare",
+    "drop",
+    "gust",
 ];
 
 #[cfg(test)]
