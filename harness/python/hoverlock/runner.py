@@ -312,6 +312,7 @@ def _run_one(
     error: BaseException | None = None
     text = ""
     skipped = None
+    streams = {name: getattr(sys, name) for name in ("stdout", "stderr")}
     try:
         test.run(design_of(test, module, design), seed=seed, wall_timeout=wall_timeout, outputs=outputs)
     except KeyboardInterrupt:
@@ -324,9 +325,18 @@ def _run_one(
             error = HoverlockError(f"the bench called sys.exit({raised.code!r})")
             error.__cause__ = raised
         text = "" if error is None else _traceback(error)
+    _restore_streams(streams)
     seconds = time.monotonic() - started
     passed = error is None and skipped is None
     return Result(test.name, module.__name__, seed, seconds, passed, skipped=skipped, error=error, text=text)
+
+
+def _restore_streams(streams: dict[str, Any]) -> None:
+    """Restores the streams that a bench may have replaced, and opens those again that it closed: the run prints its results."""
+    for descriptor, (name, stream) in enumerate(streams.items(), start=1):
+        if getattr(stream, "closed", False):
+            stream = open(descriptor, "w", errors="backslashreplace", closefd=False)
+        setattr(sys, name, stream)
 
 
 def _text(error: BaseException) -> str:

@@ -62,6 +62,16 @@ IN_A_TEST = {
     "closes_its_files": "os.closerange(3, 64)\nassert False",
     "another_folder": "os.chdir('/')\nassert False",
     "endless": "while True:\n    pass",
+    "closes_stdout": "sys.stdout.close()\nassert False",
+    "without_stdout": "sys.stdout = None\nassert False",
+    "swallows_the_failure_of_a_task": "async def fall():\n    assert False\ncocotb.start_soon(fall())\n"
+    "try:\n    await Timer(1, 'us')\nexcept BaseException:\n    pass",
+    "alarm": "signal.alarm(1)\nwhile True:\n    pass",
+    "group_of_exits": "raise BaseExceptionGroup('several', [SystemExit(0)])",
+    "thread_ends_the_process": "threading.Timer(0.2, os._exit, (0,)).start()\nthreading.Event().wait(1)",
+    "exits_when_freed": "class Last:\n    def __del__(self):\n        os._exit(0)\nlast = Last()\nassert False",
+    "own_exception_hook": "sys.excepthook = lambda *_: os._exit(0)\nraise ValueError",
+    "replaces_json": "import json\njson.dumps = lambda *_, **__: '{}'\nos._exit(0)",
 }  # fmt: skip
 
 # Whole modules.
@@ -75,6 +85,11 @@ MODULES = {
     "exits_at_exit": "import atexit\natexit.register(os._exit, 0)\n@cocotb.test()\nasync def fails(dut):\n    assert False",
     "expects_a_failure": "@cocotb.test(expect_fail=True)\nasync def passes(dut):\n    pass",
     "expects_an_error": "@cocotb.test(expect_error=ValueError)\nasync def passes(dut):\n    pass",
+    "expects_a_failure_and_exits": "@cocotb.test(expect_fail=True)\nasync def leaves(dut):\n    os._exit(0)",
+    "expects_anything_and_is_killed": "@cocotb.test(expect_error=BaseException)\nasync def dies(dut):\n    os.kill(os.getpid(), signal.SIGKILL)",
+    "is_an_async_generator": "@cocotb.test()\nasync def yields(dut):\n    yield 1\n    assert False",
+    "is_no_coroutine": "@cocotb.test()\ndef plain(dut):\n    assert False",
+    "replaces_exit": "sys.exit = lambda *_: os._exit(0)\n@cocotb.test()\nasync def fails(dut):\n    assert False",
     "times_out": "@cocotb.test(timeout_time=1, timeout_unit='us')\nasync def waits(dut):\n    await Timer(1, 'ms')",
     "one_of_two": "@cocotb.test()\nasync def passes(dut):\n    pass\n@cocotb.test()\nasync def dies(dut):\n    ctypes.CDLL(None)._exit(0)",
 }
@@ -120,6 +135,16 @@ def test_a_nasty_module_is_a_failed_run(name: str, tmp_path: Path) -> None:
     assert status != 0 and any(failed for _, failed in cases), text
     if name == "one_of_two":
         assert cases == [("passes", False), ("dies", True)]
+
+
+@pytest.mark.parametrize(
+    "parent", ["time.sleep(0.5); assert False", "time.sleep(0.5); os._exit(0)", "assert False"], ids=["fails", "exits", "fails_first"]
+)
+def test_the_verdict_of_a_forked_child_does_not_count(parent: str, tmp_path: Path) -> None:
+    child = "time.sleep(0.5); return" if parent == "assert False" else "return"
+    bench = f"{HEAD}import time\n@cocotb.test()\nasync def forks(dut):\n    if os.fork() == 0:\n        {child}\n    {parent}\n"
+    status, text, cases = run_make(tmp_path, bench)
+    assert status != 0 and cases == [("forks", True)], text
 
 
 def test_a_killed_run_is_a_failed_run(tmp_path: Path) -> None:
