@@ -5,7 +5,7 @@
     setup/suites.py --only cocotbext-uart   some archives
     setup/suites.py --fast                  the third that takes the least time
     setup/suites.py --verilator PATH        on another Verilator
-    setup/suites.py --record                stores the counts in docs/results.json
+    setup/suites.py --record                stores the counts and reasons in docs/results.json, and writes docs/tables/suites.md
 
 Each archive is unpacked into a temporary folder. A fresh virtual environment has the harness and the packages that the archive
 asks for, without cocotb. Each folder with a Makefile of benches is run by `make`. The status is 1 if a suite passes fewer tests
@@ -13,7 +13,9 @@ than `EXPECTED` says.
 """
 
 import argparse
+import json
 import os
+import re
 import subprocess
 import sys
 import tarfile
@@ -42,6 +44,7 @@ class Suite:
 
 FORENCICH = ["cocotb-bus", "cocotb-test", "find_libpython"]
 AXI = [*FORENCICH, "cocotbext-axi==0.1.28"]
+GENERATED = [*AXI, "jinja2", "markupsafe"]  # some Makefiles generate their top by a script with Jinja
 SUITES = {
     "cocotbext-uart": Suite(["tests/*/Makefile"], FORENCICH, ["cocotbext-uart"]),
     "cocotbext-i2c": Suite(["tests/*/Makefile"], FORENCICH, ["cocotbext-i2c"]),
@@ -53,15 +56,56 @@ SUITES = {
     "cocotbext-axi": Suite(["tests/*/Makefile"], FORENCICH, ["cocotbext-axi"]),
     "cocotbext-spi": Suite(["tests/*/Makefile", "tests/*/*/*/Makefile"], FORENCICH, ["cocotbext-spi"]),
     "cocotb-2.0.1": Suite(["tests/test_cases/*/Makefile", "examples/*/tests/Makefile"], [], [], ["SIM=verilator"]),
-    "verilog-axis": Suite(["tb/*/Makefile"], AXI),
-    "verilog-axi": Suite(["tb/*/Makefile"], AXI),
+    "verilog-axis": Suite(["tb/*/Makefile"], GENERATED),
+    "verilog-axi": Suite(["tb/*/Makefile"], GENERATED),
 }
 FAST = ["cocotbext-uart", "cocotbext-i2c", "ttihp-verilog-template", "tinyqv-full-peripheral-template"]
 # The tests that pass at least, on every Verilator that the harness takes.
 EXPECTED = {
     "cocotbext-uart": 2, "cocotbext-i2c": 1, "ttihp-verilog-template": 1, "tinyqv-full-peripheral-template": 1, "forastero": 8,
-    "pyuvm": 19, "cocotbext-eth": 75, "cocotbext-axi": 53, "cocotbext-spi": 148, "verilog-axis": 260, "verilog-axi": 190,
+    "pyuvm": 23, "cocotbext-eth": 75, "cocotbext-axi": 53, "cocotbext-spi": 148, "verilog-axis": 260, "verilog-axi": 404,
 }  # fmt: skip
+
+# The reason of a failure by the first expression that its message, or the output of a run without results, has.
+REASONS = {
+    r"TOPLEVEL_LANG=vhdl|VHDL_SOURCES": "VHDL",
+    r"is an output of .* and cannot be written": "the bench writes an output, which is an error here",
+    r"verilator found errors in the Verilog": "Verilator refuses the design once all its internals are accessible",
+}
+UNEXPLAINED = "not explained"
+
+
+@dataclass
+class Count:
+    """Numbers of tests by result, and of the failures by reason."""
+
+    results: Counter[str] = field(default_factory=Counter)
+    reasons: Counter[str] = field(default_factory=Counter)
+
+    def fail(self, message: str) -> None:
+        """Counts a failed test with the reason of its message."""
+        self.results["failed"] += 1
+        self.reasons[reason_of(message)] += 1
+
+    def add(self, other: "Count") -> None:
+        """Adds the numbers of another count."""
+        self.results.update(other.results)
+        self.reasons.update(other.reasons)
+
+    def __str__(self) -> str:
+        return ", ".join(f"{self.results[kind]} {kind}" for kind in KINDS)
+
+    def reasons_in_words(self) -> str:
+        """Returns the reasons with their numbers, the most frequent first."""
+        return ", ".join(f"{reason} ({number})" for reason, number in self.reasons.most_common())
+
+
+KINDS = ("passed", "failed", "skipped")
+
+
+def reason_of(message: str) -> str:
+    """Returns the reason whose expression is found in a message."""
+    return next((reason for expression, reason in REASONS.items() if re.search(expression, message)), UNEXPLAINED)
 
 
 def main() -> int:
@@ -80,9 +124,9 @@ def main() -> int:
     names = FAST if chosen.fast else chosen.only
     with tempfile.TemporaryDirectory(prefix="hoverlock-suites-") as folder:
         counts = {name: run_suite(name, Path(folder), chosen.archives, verilator) for name in names}
-    short = [name for name in names if counts[name]["passed"] < EXPECTED.get(name, 0)]
+    short = [name for name in names if counts[name].results["passed"] < EXPECTED.get(name, 0)]
     for name in short:
-        print(f"{name}: {counts[name]['passed']} tests passed, {EXPECTED[name]} are expected", file=sys.stderr)
+        print(f"{name}: {counts[name].results['passed']} tests passed, {EXPECTED[name]} are expected", file=sys.stderr)
     if chosen.record:
         record(counts, version)
     return 1 if short else 0
@@ -97,7 +141,7 @@ def version_of(verilator: str) -> str:
     return header.read_text().split('VERILATOR_VERSION "')[1].split()[0]
 
 
-def run_suite(name: str, folder: Path, archives: Path, verilator: str) -> Counter[str]:
+def run_suite(name: str, folder: Path, archives: Path, verilator: str) -> Count:
     """Runs the Makefiles of an archive and prints a line for each; returns the numbers of tests by result."""
     suite = SUITES[name]
     with tarfile.open(archives / f"{name if name != 'cocotb-2.0.1' else 'cocotb-2.0.1-tests'}.tar.xz") as archive:
@@ -105,14 +149,14 @@ def run_suite(name: str, folder: Path, archives: Path, verilator: str) -> Counte
     environment = {**os.environ, "VERILATOR": verilator}
     environment["PATH"] = f"{environment_of(name, suite, folder) / 'bin'}{os.pathsep}{environment['PATH']}"
     environment["PYTHONPATH"] = os.pathsep.join(str(folder / own) for own in suite.own)
-    total: Counter[str] = Counter(passed=0, failed=0, skipped=0, without=0)
+    total = Count()
     makefiles = sorted(path for pattern in suite.makefiles for path in (folder / name).glob(pattern))
     for makefile in makefiles:
         found = run_makefile(makefile.parent, suite.arguments, environment)
-        total += found
-        place = makefile.parent.relative_to(folder)
-        print(f"{place}: {', '.join(f'{found[key]} {key}' for key in ('passed', 'failed', 'skipped'))}", flush=True)
-    print(f"{name}: {', '.join(f'{total[key]} {key}' for key in ('passed', 'failed', 'skipped'))}", flush=True)
+        total.add(found)
+        print(f"{makefile.parent.relative_to(folder)}: {found}", flush=True)
+    reasons = total.reasons_in_words()
+    print(f"{name}: {total}{'; ' + reasons if reasons else ''}", flush=True)
     return total
 
 
@@ -130,7 +174,7 @@ def environment_of(name: str, suite: Suite, folder: Path) -> Path:
     return place
 
 
-def run_makefile(folder: Path, arguments: list[str], environment: dict[str, str]) -> Counter[str]:
+def run_makefile(folder: Path, arguments: list[str], environment: dict[str, str]) -> Count:
     """Runs `make` in a folder and counts its results; a run without results counts as one failed test."""
     try:
         done = subprocess.run(
@@ -140,37 +184,57 @@ def run_makefile(folder: Path, arguments: list[str], environment: dict[str, str]
         text = done.stdout + done.stderr
     except subprocess.TimeoutExpired:
         text = f"ended after {TIMEOUT_S} s"
-    found: Counter[str] = Counter()
+    found = Count()
     written = folder / "results.xml"
     if not written.is_file():
-        print(f"  {folder.name}: {reason_in(text)}")
-        return Counter(failed=1)
+        print(f"  {folder.name}: {reason_of(text)}: {line_of_error(text)}")
+        found.fail(text)
+        return found
     for case in ElementTree.parse(written).iter("testcase"):
-        failure = case.find("failure")
-        failed = failure is not None or case.find("error") is not None
-        found["failed" if failed else "skipped" if case.find("skipped") is not None else "passed"] += 1
-        if failure is not None:
-            print(f"  {folder.name}.{case.get('name')}: {(failure.get('message') or '').splitlines()[:1]}")
+        failures = [*case.findall("failure"), *case.findall("error")]
+        if failures:
+            message = failures[0].get("message") or failures[0].text or ""
+            found.fail(message)
+            print(f"  {folder.name}.{case.get('name')}: {reason_of(message)}: {message.splitlines()[:1]}")
+        else:
+            found.results["passed" if case.find("skipped") is None else "skipped"] += 1
     return found
 
 
-def reason_in(text: str) -> str:
+def line_of_error(text: str) -> str:
     """Returns the line that says why a run has no results."""
     lines = [line for line in text.splitlines() if "hoverlock:" in line or "rror" in line]
     return lines[0] if lines else "no results"
 
 
-def record(counts: dict[str, Counter[str]], version: str) -> None:
-    """Stores the counts, with the command that repeats them."""
+def record(counts: dict[str, Count], version: str) -> None:
+    """Stores the counts with the command that repeats them, and writes the table's template."""
     for name, count in counts.items():
-        key = f"harness.suites.{name.replace('.', '_').replace('-', '_')}.v{version.replace('.', '_')}"
         results.record(
-            {key: {kind: count[kind] for kind in ("passed", "failed", "skipped")}},
+            {key_of(name, version): {**{kind: count.results[kind] for kind in KINDS}, "reasons": count.reasons_in_words()}},
             figure=f"tests of {name} as shipped",
             unit="tests",
             conditions=f"Verilator {version}, without cocotb",
             command="make suites",
         )
+    write_template()
+
+
+def key_of(name: str, version: str) -> str:
+    """Returns the key of a suite's counts in docs/results.json."""
+    return f"harness.suites.{re.sub('[.-]', '_', name)}.v{version.replace('.', '_')}"
+
+
+def write_template() -> None:
+    """Writes docs/tables/suites.md with a row for each suite and Verilator that have counts."""
+    known = json.loads((ROOT / results.RESULTS).read_text())
+    lines = ["| suite, as shipped, by `make` | Verilator | passed | failed | skipped | reasons of the failures |", "|---|---|---|---|---|---|"]
+    for name in SUITES:
+        prefix = key_of(name, "")
+        for key in sorted(key for key in known if key.startswith(prefix)):
+            values = [f"{{{{ {key}.{kind} }}}}" for kind in (*KINDS, "reasons")]
+            lines.append(f"| {name} | {key.removeprefix(prefix).replace('_', '.')} | {' | '.join(values)} |")
+    results.write(ROOT / results.TABLES / "suites.md", "\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":
