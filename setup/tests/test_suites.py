@@ -1,0 +1,38 @@
+"""The counts and reasons of `setup/suites.py`, with Makefiles that write results as the harness does."""
+
+import os
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+import suites
+
+RESULTS = """<testsuites><testsuite><testcase name="a"/><testcase name="b"><skipped/></testcase>
+<testcase name="c"><failure message="'q' is an output of 'top' and cannot be written"/></testcase>
+<testcase name="d"><error message="a new error"/></testcase></testsuite></testsuites>"""
+
+
+def run(folder, recipe):
+    (folder / "given.xml").write_text(RESULTS)
+    (folder / "Makefile").write_text(f"all:\n\t{recipe}\n")
+    return suites.run_makefile(folder, [], dict(os.environ))
+
+
+def test_failures_and_errors_are_counted_with_their_reasons(tmp_path):
+    count = run(tmp_path, "cp given.xml results.xml")
+    assert dict(count.results) == {"passed": 1, "skipped": 1, "failed": 2}
+    assert count.reasons_in_words() == f"the bench writes an output, which is an error here (1), {suites.UNEXPLAINED} (1)"
+    assert str(count) == "1 passed, 2 failed, 1 skipped"
+
+
+def test_a_run_without_results_is_one_failure_with_the_reason_of_its_output(tmp_path):
+    count = run(tmp_path, "@echo 'hoverlock: TOPLEVEL_LANG=vhdl: Verilator reads Verilog only'; false")
+    assert dict(count.results) == {"failed": 1} and count.reasons_in_words() == "VHDL (1)"
+    total = suites.Count()
+    total.add(count)
+    total.add(run(tmp_path, "cp given.xml results.xml"))
+    assert str(total) == "1 passed, 3 failed, 1 skipped"
+
+
+def test_keys_have_no_characters_that_expressions_use():
+    assert suites.key_of("cocotb-2.0.1", "5.048") == "harness.suites.cocotb_2_0_1.v5_048"
