@@ -1,11 +1,13 @@
 //! `hoverlock explore`: the cheapest design that passes every check of the report on given pictures.
 
+mod mission;
+
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, UNIX_EPOCH};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use hoverlock_design::DesignPoint;
 use hoverlock_explore::{Exploration, Objective, PartOutcome, Progress, Task, output, results};
@@ -24,25 +26,36 @@ use crate::picture::Limit;
 use crate::progress::LogLines;
 use crate::report::subjects;
 
-/// Find the cheapest design that passes every check of the report.
+/// Find the cheapest design that passes every check of the report, or that holds a helicopter within centimetres.
 ///
 /// Changes state, coefficients, DoG and look-ahead of a design together; frame, pixel and sigmas stay. Writes
 /// index.html with the Pareto front of error against memory, explore.json, points.csv, and the best design as
 /// best.toml, which --design of the other verbs takes. A stopped search is continued. Status 0 only if a
 /// design passes every check on every picture.
 ///
-/// Example: hoverlock explore aerial.png --budget 300
+/// With --objective hover designs are judged by simulated flights over --scenes, as by hoverlock hover, and the
+/// pixel is changed too. The cheapest design is sought (M10K, then DSP blocks, then ALM) that stays within --budget-
+/// cm on every flight, without an estimate beyond its protection level and without a loss of vision. The page shows
+/// centimetres against memory, and which bound binds: that of the flights, or the checks of the report. Status 0
+/// only if a design keeps the budget.
+///
+/// Examples:
+///   hoverlock explore aerial.png --budget 300
+///   hoverlock explore --objective hover --budget-cm 10 --scenes field,helipad-in-mist,town --seed 2
 #[derive(clap::Args)]
+#[command(verbatim_doc_comment)]
 pub struct Args {
-    /// Pictures of the ground, or folders of them; - reads one from standard input. As for the report
-    #[arg(value_name = "IMAGE", required = true)]
+    /// Pictures of the ground, or folders of them; - reads one from standard input. As for the report. None for hover
+    #[arg(value_name = "IMAGE")]
     images: Vec<PathBuf>,
     /// The quantity that the best design has least of
     #[arg(long, value_enum, default_value = "m10k")]
     objective: Choice,
-    /// Stop after this time, seconds; what was measured stays for the next search
-    #[arg(long, value_name = "S", default_value = "600", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
-    budget: u64,
+    /// Stop after this time, seconds; what was measured stays for the next search. By default 600, and 3600 for hover
+    #[arg(long, value_name = "S", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    budget: Option<u64>,
+    #[command(flatten)]
+    mission: mission::Args,
     /// The folder to write into
     #[arg(long, value_name = "DIR", default_value = "out/explore")]
     out: PathBuf,
@@ -66,23 +79,35 @@ enum Choice {
     Dsp,
     /// The DoG error, among the designs that fit the smallest device
     Error,
+    /// Block memories, among the designs whose flights keep --budget-cm
+    Hover,
 }
 
 impl Choice {
-    fn objective(self) -> Objective {
+    /// Returns what a search on pictures minimises; `None` for flights.
+    fn objective(self) -> Option<Objective> {
         match self {
-            Self::M10k => Objective::M10k,
-            Self::Alm => Objective::Alm,
-            Self::Dsp => Objective::Dsp,
-            Self::Error => Objective::Error,
+            Self::M10k => Some(Objective::M10k),
+            Self::Alm => Some(Objective::Alm),
+            Self::Dsp => Some(Objective::Dsp),
+            Self::Error => Some(Objective::Error),
+            Self::Hover => None,
         }
     }
 }
+
+/// Time of a search on pictures, s.
+const BUDGET_S: u64 = 600;
 
 /// File name of the results of earlier searches.
 const RESULTS: &str = "results.jsonl";
 
 pub fn run(args: &Args) -> Result<Verdict> {
+    let Some(objective) = args.objective.objective() else { return mission::run(args) };
+    args.mission.refuse()?;
+    if args.images.is_empty() {
+        bail!("explore: a picture is missing; name one, or give --objective hover with --budget-cm");
+    }
     let design = args.chosen.design()?;
     Levels::new(&design)?;
     design.check_buildable()?;
@@ -110,8 +135,8 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let task = Task {
         base: &design,
         subjects: &subjects,
-        objective: args.objective.objective(),
-        deadline: started + Duration::from_secs(args.budget),
+        objective,
+        deadline: started + Duration::from_secs(args.budget.unwrap_or(BUDGET_S)),
         device: smallest_device(),
         unbuildable: &unbuildable,
         build: &build(),
@@ -132,7 +157,8 @@ pub fn run(args: &Args) -> Result<Verdict> {
     found.unfit.iter().for_each(|unfit| say(&unfit.to_string()));
     let command = command();
     let json = output::json(&found, &command).context("the search cannot be written as JSON")?;
-    write(&args.out, &found, &command, &json)?;
+    let (page, best) = (output::html(&found, &command)?, output::best(&found, &command));
+    write(&args.out, &page, &json, &output::csv(&found), best.as_deref())?;
     drop(folder);
     if found.restored > 0 {
         say(&format!("{} of {} results are from {}", found.restored, found.restored + found.measured, shown(&path)));
@@ -157,17 +183,17 @@ fn build() -> String {
 }
 
 /// Writes all files, or none. The best design of an earlier search is removed if this one has none.
-fn write(out: &Path, found: &Exploration, command: &str, json: &str) -> Result<()> {
+fn write(out: &Path, page: &str, json: &str, csv: &str, best: Option<&str>) -> Result<()> {
     let mut batch = Batch::default();
-    batch.add(&out.join(PAGE), output::html(found, command)?.as_bytes())?;
+    batch.add(&out.join(PAGE), page.as_bytes())?;
     batch.add(&out.join(output::NUMBERS), json.as_bytes())?;
-    batch.add(&out.join(output::TABLE), output::csv(found).as_bytes())?;
-    let best = out.join(output::BEST);
-    match output::best(found, command) {
-        Some(text) => batch.add(&best, text.as_bytes())?,
-        None => match fs::remove_file(&best) {
+    batch.add(&out.join(output::TABLE), csv.as_bytes())?;
+    let path = out.join(output::BEST);
+    match best {
+        Some(text) => batch.add(&path, text.as_bytes())?,
+        None => match fs::remove_file(&path) {
             Err(error) if error.kind() != ErrorKind::NotFound => {
-                return Err(error).with_context(|| format!("{}: cannot be removed", best.display()));
+                return Err(error).with_context(|| format!("{}: cannot be removed", path.display()));
             }
             _ => {}
         },

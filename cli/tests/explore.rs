@@ -61,10 +61,7 @@ fn the_best_design_is_a_design_file_and_a_second_run_measures_nothing() {
     // A number that was read from JSON may differ in its last bit; what is concluded may not.
     let concluded = |search: &Value| -> Vec<Value> {
         let points = search["points"].as_array().unwrap();
-        points
-            .iter()
-            .map(|p| serde_json::json!([p["name"], p["status"], p["because"], p["front"], p["frames"]]))
-            .collect()
+        points.iter().map(|p| serde_json::json!([p["name"], p["status"], p["front"], p["frames"]])).collect()
     };
     assert!(concluded(&again) == concluded(&first));
     let (other, _) = run(&["--objective", "error"]);
@@ -111,12 +108,22 @@ fn bad_input_is_one_line_and_status_2() {
     let broken = folder.path().join("broken");
     fs::create_dir(&broken).unwrap();
     fs::write(broken.join("results.jsonl"), "[1, 2]\n").unwrap();
-    let cases: [(&[&str], &str); 5] = [
+    let hover = |more: &[&'static str]| [&["--objective", "hover", "--out", out][..], more].concat();
+    let cases: [(&[&str], &str); 14] = [
         (&["none.png", "--out", out], "none.png"),
         (&[&good, "--out", out, "--budget", "0"], "budget"),
         (&[&good, "--out", out, "--objective", "speed"], "m10k"),
         (&[&good, "--out", out, "--config", "state=u16.3"], "cannot be built"),
         (&[&good, "--out", broken.to_str().unwrap()], "line 1 is no result"),
+        (&["--out", out], "a picture is missing"),
+        (&[&good, "--out", out, "--budget-cm", "10"], "--budget-cm: only --objective hover flies"),
+        (&[&good, "--out", out, "--scenes", "field"], "--scenes: only --objective hover flies"),
+        (&hover(&[]), "--budget-cm is missing"),
+        (&hover(&["--budget-cm", "0"]), "must be 0.1 to 1000"),
+        (&hover(&["--budget-cm=-3"]), "must be 0.1 to 1000"),
+        (&hover(&["--budget-cm", "10", "--scenes", "field,moon"]), "scene moon: no such scene"),
+        (&hover(&["--budget-cm", "10", "--design", "small"]), "the simulated camera's frames have 1024 x 768"),
+        (&[&good, "--objective", "hover", "--budget-cm", "10", "--out", out], "takes no picture"),
     ];
     for (arguments, reason) in cases {
         let output = explore(arguments);
@@ -126,4 +133,28 @@ fn bad_input_is_one_line_and_status_2() {
         assert!(said.contains(reason), "{arguments:?}: {said}");
         assert!(output.stdout.is_empty() && !Path::new(out).exists());
     }
+}
+
+/// A search by flights whose base misses the budget: what it says and writes, and that a second run flies nothing.
+#[test]
+fn a_budget_that_the_base_misses_is_status_1_and_a_second_run_flies_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let run = || {
+        let out = out.to_str().unwrap();
+        let flights = ["--scenes", "field", "--seed", "2", "--seeds", "1", "--seconds", "4"];
+        let output =
+            explore(&[&["--objective", "hover", "--budget-cm", "0.1", "--out", out, "--json"], &flights[..]].concat());
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        serde_json::from_slice::<Value>(&output.stdout).unwrap()
+    };
+    let first = run();
+    assert_eq!((&first["pass"], &first["flown"], &first["restored"]), (&false.into(), &3.into(), &0.into()));
+    assert_eq!((&first["best"], &first["binding"]), (&Value::Null, &Value::Null));
+    let base = &first["points"][0];
+    assert!(base["failure"].as_str().unwrap().contains("cm rms from the target"), "{base}");
+    assert!(fs::read_to_string(out.join("index.html")).unwrap().contains(">NONE<") && !out.join("best.toml").exists());
+    let again = run();
+    assert_eq!((&again["flown"], &again["restored"]), (&0.into(), &3.into()));
 }

@@ -1,19 +1,17 @@
 //! The search for the cheapest design that passes every check of the quantisation report.
 //!
-//! Each of three words can be short on its own while all three together fail, so the search covers combinations of
-//! words. Three rules keep the number of measurements small:
+//! Each of three words can be short on its own while all three together fail, and a shorter word can pass where a
+//! longer one fails, because it can be close to the exact value by chance. So the search covers all combinations of
+//! words and concludes nothing about one design from another. A design is measured until its first check fails. The
+//! parts of the measurement at which the base design is closest to a limit come first, and the cheapest designs. The
+//! best design is always measured in full.
 //!
-//! - A design is measured until its first check fails. The parts of the measurement at which the base design is closest
-//!   to a limit come first.
-//! - A design is *skipped* if another one with the same filters and no shorter state or DoG fails on a picture by at
-//!   least twice the limit. Rounding errors grow with shorter words, but not strictly: what lies nearer to the limit is
-//!   measured. The page names the failing design for each skipped one. The best design is always measured in full.
-//! - One word at a time is shortened first, because this makes most of the other designs fail unmeasured. The rest is
-//!   measured in the order of cost.
+//! [`mission`] is the search by another bound: the centimetres that a simulated helicopter keeps to its target.
 //!
 //! Resources are those of the memory model ([`hoverlock_fixed_point::analysis::resources`]), which needs no synthesis.
 
 mod measure;
+pub mod mission;
 pub mod output;
 mod page;
 pub mod results;
@@ -73,8 +71,6 @@ pub enum Status {
     Passes,
     /// The design fails a check.
     Fails,
-    /// The design was not measured because one with the same filters and no shorter word fails clearly.
-    Skipped,
     /// The search stopped before the design was measured in full.
     Open,
 }
@@ -101,8 +97,6 @@ pub struct Point {
     pub worst: Option<CheckOutcome>,
     /// The first check that fails.
     pub failure: Option<CheckOutcome>,
-    /// Name of the failing design that this one is skipped for.
-    pub because: Option<String>,
     /// Rms of the DoG error on the worst frame measured, LSB of the design point `kt27`.
     pub dog_rms_lsb: Option<f64>,
     /// Number of frames measured, over all pictures and conditions.
@@ -116,9 +110,9 @@ pub struct Point {
 pub struct Exploration {
     /// A design passes every check.
     pub pass: bool,
-    /// Every design that could be better than the best has been measured or skipped.
+    /// Every design that could be better than the best has been measured.
     pub decided: bool,
-    /// Every design has been measured or skipped.
+    /// Every design has been measured.
     pub complete: bool,
     /// The quantity that was minimised.
     pub objective: Objective,
@@ -157,9 +151,9 @@ impl Exploration {
 /// The progress of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Progress {
-    /// Number of designs that are measured or skipped.
+    /// Number of designs whose status is known.
     pub settled: usize,
-    /// Number of designs of the search, settled or not.
+    /// Number of designs of the search.
     pub designs: usize,
     /// The measurement that begins.
     pub step: String,

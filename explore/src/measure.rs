@@ -5,7 +5,7 @@
 
 use std::collections::HashMap;
 
-use hoverlock_design::DesignPoint;
+use hoverlock_design::{DesignPoint, Format};
 use hoverlock_fixed_point::analysis::acceptance::Reference;
 use hoverlock_fixed_point::analysis::bounds::{Bounds, Check};
 use hoverlock_fixed_point::analysis::displacement::{self, Motions};
@@ -64,15 +64,22 @@ impl PartOutcome {
     }
 }
 
-/// The pictures and the planes of `streaming` on them, which designs with the same look-ahead share.
+/// What the planes of `streaming` depend on: look-ahead, and the pixel of the camera.
+type Filters = (Vec<u32>, Format);
+
+fn filters(design: &DesignPoint) -> Filters {
+    (design.look_ahead.clone(), design.pixel)
+}
+
+/// The pictures and the planes of `streaming` on them, which designs with the same look-ahead and pixel share.
 pub(crate) struct Bench<'a> {
     subjects: &'a [Subject],
     hashes: Vec<String>,
     build: String,
-    /// Look-ahead and part of the last reference, its frame, and the reference.
-    last: Option<(Vec<u32>, Part, Plane<u16>, Reference)>,
-    /// Motions by look-ahead and picture.
-    motions: HashMap<(Vec<u32>, usize), Motions>,
+    /// Filters and part of the last reference, its frame, and the reference.
+    last: Option<(Filters, Part, Plane<u16>, Reference)>,
+    /// Motions by filters and picture.
+    motions: HashMap<(Filters, usize), Motions>,
 }
 
 impl<'a> Bench<'a> {
@@ -127,30 +134,30 @@ impl<'a> Bench<'a> {
         Unfit { picture: self.subjects[picture].name.clone(), condition, reason }
     }
 
-    /// Computes `streaming` for a part with the look-ahead of `levels`, unless it is there.
+    /// Computes `streaming` for a part with the filters of `levels`, unless it is there.
     pub(crate) fn prepare(&mut self, levels: &Levels, part: Part) {
-        let look_ahead = levels.design().look_ahead.to_vec();
+        let filters = filters(levels.design());
         let bounds = Bounds::acceptance();
         match part {
             Part::Frame(picture, condition) => {
-                if self.last.as_ref().is_some_and(|last| (&last.0, last.1) == (&look_ahead, part)) {
+                if self.last.as_ref().is_some_and(|last| (&last.0, last.1) == (&filters, part)) {
                     return;
                 }
                 let condition = CONDITIONS[condition];
                 let frame = condition.apply(&self.subjects[picture].frame, bounds.seeds.of(&condition));
                 let reference = Reference::of(&levels.planes(Level::Streaming, &frame), bounds);
-                self.last = Some((look_ahead, part, frame, reference));
+                self.last = Some((filters, part, frame, reference));
             }
             Part::Motion(picture) => {
                 let frame = &self.subjects[picture].frame;
                 self.motions
-                    .entry((look_ahead, picture))
+                    .entry((filters, picture))
                     .or_insert_with(|| Motions::new(levels, frame, &NOMINAL, bounds, MOTIONS));
             }
         }
     }
 
-    /// Measures a design on a part. Call [`Bench::prepare`] for this part and look-ahead first.
+    /// Measures a design on a part. Call [`Bench::prepare`] for this part and these filters first.
     pub(crate) fn measure(&self, levels: &Levels, part: Part) -> PartOutcome {
         let (bounds, place) = (Bounds::acceptance(), self.name(part));
         match part {
@@ -166,7 +173,7 @@ impl<'a> Bench<'a> {
                 PartOutcome::new(&checks, &place, rms)
             }
             Part::Motion(picture) => {
-                let motions = self.motions.get(&(levels.design().look_ahead.to_vec(), picture));
+                let motions = self.motions.get(&(filters(levels.design()), picture));
                 if let Some(reason) = motions.and_then(|motions| motions.unfit(bounds)) {
                     return PartOutcome::unfit(&place, reason);
                 }

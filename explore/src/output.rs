@@ -76,7 +76,6 @@ fn status(status: Status) -> &'static str {
     match status {
         Status::Passes => "passes",
         Status::Fails => "fails",
-        Status::Skipped => "skipped",
         Status::Open => "open",
     }
 }

@@ -21,7 +21,7 @@ pub fn html(exploration: &Exploration, command: &str) -> Result<String, PageErro
     let count = |status: Status| exploration.points.iter().filter(|point| point.status == status).count();
     let mut measured: Vec<&Point> = exploration.points.iter().filter(|point| point.frames > 0).collect();
     measured.sort_by_key(|point| (point.resources.m10k, point.resources.alm));
-    let skipped: Vec<&Point> = exploration.points.iter().filter(|point| point.frames == 0).collect();
+    let unmeasured: Vec<&Point> = exploration.points.iter().filter(|point| point.frames == 0).collect();
     Ok(environment.get_template("explore.html")?.render(context! {
         style => STYLE,
         script => SCRIPT,
@@ -33,11 +33,10 @@ pub fn html(exploration: &Exploration, command: &str) -> Result<String, PageErro
         base => value(exploration.base()),
         passing => count(Status::Passes),
         failing => count(Status::Fails),
-        skipping => count(Status::Skipped),
         open => count(Status::Open),
-        refused => skipped.iter().filter(|point| point.status == Status::Fails).count(),
+        refused => unmeasured.iter().filter(|point| point.status == Status::Fails).count(),
         measured => value(measured),
-        skipped => value(skipped),
+        unmeasured => value(unmeasured),
         words => value(words(exploration)),
         front => front(exploration)?,
         margins => margins(exploration)?,

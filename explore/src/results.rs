@@ -1,9 +1,14 @@
 //! The results of earlier searches: a file to which each result is appended when it is measured.
+//!
+//! Results are outcomes of checks on pictures ([`KnownResults`]) or of flights.
 
 use std::collections::HashMap;
 use std::path::Path;
 
 use hoverlock_reports::journal::{self, JournalError};
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 use crate::measure::PartOutcome;
 
@@ -35,9 +40,9 @@ pub enum ResultsError {
 ///
 /// # Errors
 /// The file cannot be read, or one of its lines is not a result.
-pub fn read(path: &Path) -> Result<KnownResults, ResultsError> {
+pub fn read<T: DeserializeOwned>(path: &Path) -> Result<HashMap<String, T>, ResultsError> {
     let parse = |(index, line): (usize, &str)| {
-        serde_json::from_str::<(String, PartOutcome)>(line).map_err(|source| ResultsError::Line {
+        serde_json::from_str::<(String, T)>(line).map_err(|source| ResultsError::Line {
             path: path.display().to_string(),
             line: index + 1,
             source,
@@ -50,7 +55,7 @@ pub fn read(path: &Path) -> Result<KnownResults, ResultsError> {
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn append(path: &Path, key: &str, outcome: &PartOutcome) -> Result<(), ResultsError> {
+pub fn append(path: &Path, key: &str, outcome: &impl Serialize) -> Result<(), ResultsError> {
     let line = serde_json::to_string(&(key, outcome))? + "\n";
     journal::append(path, |_| Ok(line.into_bytes()))
 }

@@ -1,4 +1,4 @@
-//! The search itself: which design is measured next, and which need not be measured.
+//! The search itself: which design is measured next, and when its measurement ends.
 
 use std::collections::BTreeSet;
 use std::time::Instant;
@@ -17,8 +17,6 @@ use crate::{Exploration, Objective, Point, Progress, Status, Task};
 
 /// Number of designs that are measured in parallel.
 const BATCH: usize = 4;
-/// Allowance that a failing design uses at least, if coarser ones are skipped for it: twice the limit.
-const CLEARLY_FAILS: f64 = 2.0;
 
 /// Searches for the best design. `known` has the results of earlier searches. `keep` receives the key and the outcome
 /// of each new measurement, `report` the progress before each one.
@@ -72,11 +70,6 @@ impl<E: From<Unjudged>> Search<'_, E> {
         for outcomes in &mut self.outcomes {
             *outcomes = order.iter().map(|&part| outcomes[part].take()).collect();
         }
-        // One word at a time is shortened while the others keep their greatest length.
-        let probes = self.probes();
-        for batch in probes.chunks(BATCH) {
-            self.measure_open(batch)?;
-        }
         let mut order: Vec<usize> = (0..self.candidates.len()).collect();
         order.sort_by_key(|&index| self.cost(index));
         let mut rest = order.into_iter();
@@ -84,7 +77,7 @@ impl<E: From<Unjudged>> Search<'_, E> {
             let mut batch = Vec::new();
             while batch.len() < BATCH {
                 match rest.next() {
-                    Some(index) if self.status(index).0 == Status::Open => batch.push(index),
+                    Some(index) if self.status(index) == Status::Open => batch.push(index),
                     Some(_) => {}
                     None => break,
                 }
@@ -92,7 +85,7 @@ impl<E: From<Unjudged>> Search<'_, E> {
             if batch.is_empty() || self.is_late() {
                 break;
             }
-            self.measure_open(&batch)?;
+            self.measure(&batch, false)?;
         }
         self.complete_front()
     }
@@ -111,45 +104,14 @@ impl<E: From<Unjudged>> Search<'_, E> {
         }
     }
 
-    /// Returns, for each look-ahead and word, the designs in which only this word is shorter than its greatest length.
-    fn probes(&self) -> Vec<usize> {
-        let words = |index: usize| {
-            let design = &self.candidates[index].design;
-            [design.state.bits(), design.coefficient.bits(), design.dog_bits]
-        };
-        let look_aheads: BTreeSet<&[u32]> =
-            self.candidates.iter().map(|candidate| &*candidate.design.look_ahead).collect();
-        let mut probes = Vec::new();
-        for look_ahead in look_aheads {
-            let of: Vec<usize> =
-                (0..self.candidates.len()).filter(|&i| *self.candidates[i].design.look_ahead == *look_ahead).collect();
-            let longest = [0, 1, 2].map(|word| of.iter().map(|&i| words(i)[word]).max().unwrap_or(0));
-            for word in 0..3 {
-                let alone = |&&i: &&usize| (0..3).all(|other| other == word || words(i)[other] == longest[other]);
-                let mut alone: Vec<usize> = of.iter().filter(alone).copied().collect();
-                // The longest word first: if it fails clearly, the shorter ones are skipped.
-                alone.sort_by_key(|&i| std::cmp::Reverse(words(i)[word]));
-                probes.extend(alone);
-            }
-        }
-        probes
-    }
-
-    /// Returns the status of a design and, if it is skipped, the index of the failing design.
-    fn status(&self, index: usize) -> (Status, Option<usize>) {
+    /// Returns the status of a design.
+    fn status(&self, index: usize) -> Status {
         if self.failure(index).is_some() {
-            return (Status::Fails, None);
-        }
-        if self.outcomes[index].iter().all(Option::is_some) {
-            return (Status::Passes, None);
-        }
-        let candidate = &self.candidates[index];
-        let finer = (0..self.candidates.len()).find(|&other| {
-            other != index && candidate.is_coarser(&self.candidates[other]) && self.clearly_fails(other)
-        });
-        match finer {
-            Some(finer) => (Status::Skipped, Some(finer)),
-            None => (Status::Open, None),
+            Status::Fails
+        } else if self.outcomes[index].iter().all(Option::is_some) {
+            Status::Passes
+        } else {
+            Status::Open
         }
     }
 
@@ -163,17 +125,6 @@ impl<E: From<Unjudged>> Search<'_, E> {
     fn failure(&self, index: usize) -> Option<&CheckOutcome> {
         let measured = || self.outcomes[index].iter().flatten().find_map(|outcome| outcome.failure.as_ref());
         self.candidates[index].failure.as_ref().or_else(measured)
-    }
-
-    /// Returns `true` if a design fails so far beyond a limit on a picture that a coarser one cannot pass.
-    fn clearly_fails(&self, index: usize) -> bool {
-        self.outcomes[index].iter().flatten().any(|outcome| outcome.worst.used >= CLEARLY_FAILS)
-    }
-
-    /// Measures the designs of a batch whose status is open.
-    fn measure_open(&mut self, batch: &[usize]) -> Result<(), E> {
-        let open: Vec<usize> = batch.iter().copied().filter(|&index| self.status(index).0 == Status::Open).collect();
-        self.measure(&open, false)
     }
 
     /// Measures designs on all parts. With `whole` a design is measured beyond its first failure, and the deadline is
@@ -236,7 +187,7 @@ impl<E: From<Unjudged>> Search<'_, E> {
     }
 
     fn progress(&self, batch: &[usize], part: Part) -> Progress {
-        let status: Vec<Status> = (0..self.candidates.len()).map(|index| self.status(index).0).collect();
+        let status: Vec<Status> = (0..self.candidates.len()).map(|index| self.status(index)).collect();
         let passing = (0..status.len()).filter(|&index| status[index] == Status::Passes);
         let best = passing.min_by_key(|&index| self.cost(index)).map(|index| &self.candidates[index]);
         let first = batch.first().map_or("", |&index| &self.candidates[index].name);
@@ -291,7 +242,7 @@ impl<E: From<Unjudged>> Search<'_, E> {
         let limits = self.task.device.1;
         let point = |index: usize| {
             let candidate = &self.candidates[index];
-            let (status, finer) = self.status(index);
+            let status = self.status(index);
             let measured = self.outcomes[index].iter().flatten().map(|outcome| &outcome.worst);
             let worst = measured.max_by(|a, b| a.used.total_cmp(&b.used));
             let worst = worst.map(|worst| closest(worst, candidate.closest.as_ref()));
@@ -306,7 +257,6 @@ impl<E: From<Unjudged>> Search<'_, E> {
                 margin: worst.as_ref().map(|worst| 100.0 * (1.0 - worst.used)),
                 worst,
                 failure: self.failure(index).cloned(),
-                because: finer.map(|finer| self.candidates[finer].name.clone()),
                 dog_rms_lsb: self.price(index).map(|price| price.1),
                 frames: frames.iter().filter(|&&slot| self.outcomes[index][slot].is_some()).count(),
                 front: front.contains(&index),
@@ -415,18 +365,11 @@ mod tests {
         let best = found.best().unwrap();
         let (of_best, of_base) = (best.resources, found.points[0].resources);
         assert!(best.pass && of_best.m10k <= of_base.m10k && of_best.alm < of_base.alm, "{best:?}");
-        assert!([Status::Fails, Status::Skipped].iter().all(|status| found.points.iter().any(|p| p.status == *status)));
+        assert!(found.points.iter().any(|point| point.status == Status::Fails));
         for point in &found.points {
             match point.status {
                 Status::Passes => assert!(best.resources.m10k <= point.resources.m10k && point.failure.is_none()),
                 Status::Fails => assert!(point.failure.is_some() && point.margin.unwrap() < 0.0),
-                // The design that it is skipped for fails clearly, with the same coefficients and no shorter word.
-                Status::Skipped => {
-                    let finer = found.points.iter().find(|other| Some(&other.name) == point.because.as_ref()).unwrap();
-                    assert!(finer.margin.unwrap() <= -100.0 && finer.design.coefficient == point.design.coefficient);
-                    assert!(finer.design.state.bits() >= point.design.state.bits());
-                    assert!(finer.design.dog_bits >= point.design.dog_bits);
-                }
                 Status::Open => panic!("{point:?}"),
             }
         }

@@ -54,20 +54,10 @@ impl Candidate {
         let closest = checks.into_iter().max_by(|a, b| a.used.total_cmp(&b.used));
         Self { name: changes(&design, base), resources: resources(&design), design, failure, closest }
     }
-
-    /// Returns `true` if the filters are those of `other` and no word of the data is longer, so that no rounding is
-    /// finer. Other coefficients are other filters: a shorter word can be closer to the exact value by chance.
-    pub(crate) fn is_coarser(&self, other: &Self) -> bool {
-        let (a, b) = (&self.design, &other.design);
-        a.look_ahead == b.look_ahead
-            && a.coefficient == b.coefficient
-            && a.state.bits() <= b.state.bits()
-            && a.dog_bits <= b.dog_bits
-    }
 }
 
 /// Returns the keys of `design` that differ from those of `base`, in the syntax of `--config`.
-fn changes(design: &DesignPoint, base: &DesignPoint) -> String {
+pub(crate) fn changes(design: &DesignPoint, base: &DesignPoint) -> String {
     let mut changed = Vec::new();
     let mut add = |differs: bool, text: String| {
         if differs {
@@ -79,6 +69,9 @@ fn changes(design: &DesignPoint, base: &DesignPoint) -> String {
     add(design.coefficient != base.coefficient, format!("coefficient={}", design.coefficient));
     add(design.look_ahead != base.look_ahead, format!("look_ahead={:?}", design.look_ahead).replace(' ', ""));
     add(design.dog_bits != base.dog_bits, format!("dog_bits={}", design.dog_bits));
+    // It keeps its value in DN, so its number of LSB follows the DoG.
+    let initial = design.threshold.initial;
+    add(initial != base.threshold.initial, format!("threshold_initial={initial}"));
     if changed.is_empty() { "base".into() } else { changed.join(" ") }
 }
 
@@ -136,8 +129,9 @@ mod tests {
         for change in ["state=u16.1", "coefficient=u0.14", "look_ahead=[5,5,5]"] {
             design = design.with_override(change).unwrap();
         }
+        let design = with_dog_bits(&design, 14);
         let name = changes(&design, &KT27);
-        assert_eq!(name, "state=u16.1 coefficient=u0.14 look_ahead=[5,5,5]");
+        assert_eq!(name, "state=u16.1 coefficient=u0.14 look_ahead=[5,5,5] dog_bits=14 threshold_initial=1024");
         let again = name.split(' ').fold(KT27.clone(), |design, change| design.with_override(change).unwrap());
         assert_eq!(again, design);
         assert_eq!(changes(&KT27, &KT27), "base");

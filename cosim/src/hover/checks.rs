@@ -6,10 +6,10 @@ use super::summary::Summary;
 pub(super) const FLAT_BOUND_M: f64 = 0.1;
 /// Largest rms distance from the target over relief or buildings, m.
 pub(super) const RELIEF_BOUND_M: f64 = 0.3;
-/// Longest time without an estimate, s.
-const MAX_LOSS_S: f64 = 1.0;
-/// Largest roll or pitch, degrees.
-const MAX_TILT_DEG: f64 = 5.0;
+/// Longest time without an estimate that passes, s.
+pub const MAX_LOSS_S: f64 = 1.0;
+/// Largest roll or pitch that passes, degrees.
+pub const MAX_TILT_DEG: f64 = 5.0;
 
 /// A check in words, and whether it passes.
 pub(super) struct Check {

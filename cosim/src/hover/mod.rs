@@ -16,6 +16,7 @@ use hoverlock_edss::render::{RenderError, Renderer};
 use hoverlock_edss::scene::{Scene, SceneError};
 use hoverlock_reference::motion::orthophoto::ViewError;
 
+pub use checks::{MAX_LOSS_S, MAX_TILT_DEG};
 pub use outcome::HoverOutcome;
 pub use scenario::{CameraErrors, Event, Scenario, ScenarioError};
 pub use summary::{Row, Summary};
