@@ -6,7 +6,7 @@
 #[path = "../tests/support/mod.rs"]
 mod support;
 
-use hoverlock_arm::message::{self, Command as Order, Telemetry};
+use hoverlock_arm::message::{self, Command as Order, InertialSample, Telemetry};
 use hoverlock_design::KT27;
 use hoverlock_fixed_point::model::bit_true::BitTrue;
 use hoverlock_fixed_point::model::record::FeatureRecord;
@@ -16,6 +16,7 @@ use hoverlock_registers::record::TWO_PAIR_WORDS;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::error::Error;
+use std::ops::Range;
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
 use support::Source;
@@ -141,8 +142,41 @@ fn one_kind(frame: u32) -> Vec<FeatureRecord> {
     all
 }
 
+/// Time between frames, us.
+const FRAME_INTERVAL_US: u64 = 66_667;
+/// Time between samples of the IMU, us.
+const SAMPLE_INTERVAL_US: u64 = 5_000;
+
 /// Frame periods between frames that make the last displacement too old to predict the next.
 const UNPREDICTED_FRAMES: u64 = 30;
+
+/// A hover with samples of the IMU at the frame rate: frames that the filter tracks, with a second keyframe from frame
+/// `renewed` on, and without features between frames `blind`.
+fn hover(frames: u32, renewed: Option<u32>, blind: Range<u32>) -> Source {
+    let mut source = Source::default();
+    source.send_registers(scene::SIZE.0, scene::SIZE.1).unwrap();
+    source.send(message::COMMAND, &Order::Capture.encode()).unwrap();
+    let mut samples = 0;
+    for frame in 0..=frames {
+        let time_us = u64::from(frame) * FRAME_INTERVAL_US;
+        let due = (samples..).map(|sample| sample * SAMPLE_INTERVAL_US).take_while(|sample| *sample <= time_us);
+        let reading = |time_us| InertialSample { time_us, rates: [0.0; 3], force: [0.0, 0.0, -9.80665] };
+        let readings: Vec<InertialSample> = due.map(reading).collect();
+        samples += readings.len() as u64;
+        source.send(message::INERTIAL, &message::encode_inertial(&readings)).unwrap();
+        if renewed == Some(frame) {
+            source.send(message::COMMAND, &Order::Renew.encode()).unwrap();
+        }
+        let seen = if blind.contains(&frame) { Vec::new() } else { at_rest_in(frame) };
+        source.send_frame(&Telemetry { time_us, ..telemetry(frame) }, &seen, &[2000; 2]).unwrap();
+    }
+    source
+}
+
+/// Returns features at the place of the first frame, with other flipped bits in each.
+fn at_rest_in(frame: u32) -> Vec<FeatureRecord> {
+    scene::seen(POINTS, 1.0, (0.0, 0.0), scene::FIELD_OF_VIEW, frame)
+}
 
 /// The simulated flights: key in `docs/results.json`, name, stream.
 fn flights() -> Vec<(&'static str, &'static str, Source)> {
@@ -153,6 +187,9 @@ fn flights() -> Vec<(&'static str, &'static str, Source)> {
         ("one_in_ten", "one in ten found again", flight(4, UNPREDICTED_FRAMES, |frame| diluted(frame, 0.316))),
         ("none_found", "none found again", flight(4, UNPREDICTED_FRAMES, |frame| diluted(frame, 0.0))),
         ("one_kind", "one scale and polarity", flight(4, UNPREDICTED_FRAMES, one_kind)),
+        ("tracked", "tracked with the IMU", hover(14, None, 0..0)),
+        ("tracked_twice", "the same, two keyframes", hover(24, Some(10), 0..0)),
+        ("found_again", "found again after 6 s without features", hover(120, None, 12..102)),
     ]
 }
 

@@ -30,6 +30,16 @@
 //! M = P_xy (I + L P_yy)^-1,    dx = M n,    P_xx -= M L P_yx,    P_xh -= M L P_yh,    P_hh unchanged
 //! ```
 //!
+//! **Heights are eliminated** before a system is solved, as each has its own prior and none is seen with another: with
+//! `L = [A B; B^T D]`, `P_yy = [P C; C^T s^2]`, `n = (n_1, n_2)` and the diagonal `E = I + s^2 D`
+//!
+//! ```text
+//! F = B E^-1 C^T,    A' = A - s^2 B E^-1 B^T,    P' = P - C D E^-1 C^T,    K = [I + F, A'; -P', (I + F)^T]
+//! K (z, u) = (n_1 - s^2 B E^-1 n_2, C E^-1 n_2)                          u: change of poses and errors
+//! K (-t, w) = (-B E^-1 p_2, p_1 - C D E^-1 p_2)                          p: covariance of a state with y
+//! v = E^-1 (p_2 - C^T t - s^2 B^T w),    (w, v) = M^T,    (t, B^T w + D v) = (M L)^T
+//! ```
+//!
 //! Nothing here allocates after [`Filter::new`].
 
 use hoverlock_reference::motion::observation::SensorErrors;
@@ -48,6 +58,8 @@ const POSE: usize = 6;
 const STATES: usize = CORE + POSE * MAX_KEYFRAMES;
 /// States that the images of a keyframe's landmarks depend on: two poses, the errors of the camera, and the slope.
 const PAIR: usize = 2 * POSE + COMMON;
+/// Unknowns of the system of an update.
+const SYSTEM: usize = 2 * PAIR;
 /// Errors of the camera.
 const ERRORS: usize = 3;
 /// Errors of the camera, and the slope of the ground.
@@ -353,16 +365,35 @@ pub struct Filter {
     scratch: Scratch,
 }
 
-/// Memory of an update.
+/// A row for each touched cell, with an element for each state of a pair.
+type CellRows = Vec<[f64; PAIR]>;
+
+/// Memory of an update, with the letters of the [module](self).
 struct Scratch {
     cells: Vec<usize>,
     /// Place of a cell in `cells`, or `usize::MAX`.
     place: Vec<usize>,
-    information: Vec<f64>,
-    vector: Vec<f64>,
+    /// `A`, upper triangle.
+    poses: [[f64; PAIR]; PAIR],
+    /// `B^T`.
+    coupling: CellRows,
+    /// `D`.
+    heights: Vec<f64>,
+    /// `n_1`.
+    pose_vector: [f64; PAIR],
+    /// `n_2`.
+    height_vector: Vec<f64>,
+    /// `C^T`.
+    correlation: CellRows,
+    /// `K`, row-major.
     system: Vec<f64>,
-    columns: Vec<f64>,
+    /// Right-hand sides and solutions, a column for each state: `-t` above `w`.
     gain: Vec<f64>,
+    /// `v`, a row for each touched cell.
+    height_gain: Vec<f64>,
+    /// `P_yx`, a row for each element of `y`.
+    columns: Vec<f64>,
+    /// `(M L)^T`, a row for each element of `y`.
     product: Vec<f64>,
 }
 
@@ -417,11 +448,16 @@ impl Filter {
             scratch: Scratch {
                 cells: Vec::with_capacity(MAX_TOUCHED_CELLS),
                 place: vec![usize::MAX; CELLS],
-                information: vec![0.0; (PAIR + MAX_TOUCHED_CELLS) * (PAIR + MAX_TOUCHED_CELLS)],
-                vector: vec![0.0; PAIR + MAX_TOUCHED_CELLS],
-                system: vec![0.0; (PAIR + MAX_TOUCHED_CELLS) * (PAIR + MAX_TOUCHED_CELLS)],
+                poses: [[0.0; PAIR]; PAIR],
+                coupling: Vec::with_capacity(MAX_TOUCHED_CELLS),
+                heights: Vec::with_capacity(MAX_TOUCHED_CELLS),
+                pose_vector: [0.0; PAIR],
+                height_vector: Vec::with_capacity(MAX_TOUCHED_CELLS),
+                correlation: Vec::with_capacity(MAX_TOUCHED_CELLS),
+                system: vec![0.0; SYSTEM * SYSTEM],
+                gain: vec![0.0; SYSTEM * STATES],
+                height_gain: vec![0.0; MAX_TOUCHED_CELLS * STATES],
                 columns: vec![0.0; (PAIR + MAX_TOUCHED_CELLS) * STATES],
-                gain: vec![0.0; (PAIR + MAX_TOUCHED_CELLS) * STATES],
                 product: vec![0.0; (PAIR + MAX_TOUCHED_CELLS) * STATES],
             },
         }
@@ -879,17 +915,8 @@ impl Filter {
         let states = pair_states(k);
         for iteration in 0..self.iterations() {
             self.linearise(&prior.moved(&change), cameras, sightings, &change, iteration > 0)?;
-            let size = PAIR + self.scratch.cells.len();
-            self.fill_columns(&states, size);
-            self.fill_system(&states, size);
-            let Scratch { system, vector, gain, .. } = &mut self.scratch;
-            gain[..size].copy_from_slice(&vector[..size]);
-            solve(system, gain, size, 1)?;
-            for (i, value) in change.iter_mut().enumerate() {
-                let row = states[i];
-                let own: f64 = (0..size).map(|j| self.scratch.columns[j * STATES + row] * self.scratch.gain[j]).sum();
-                *value = own;
-            }
+            self.fill_system(&states);
+            change = self.solve_change()?;
         }
         let innovation = self.innovation(k, &change)?;
         // The residuals at the solution.
@@ -927,9 +954,11 @@ impl Filter {
         for cell in self.scratch.cells.drain(..) {
             self.scratch.place[cell] = usize::MAX;
         }
-        let stride = PAIR + MAX_TOUCHED_CELLS;
-        self.scratch.information.fill(0.0);
-        self.scratch.vector.fill(0.0);
+        let Scratch { poses, coupling, heights, pose_vector, height_vector, .. } = &mut self.scratch;
+        (*poses, *pose_vector) = ([[0.0; PAIR]; PAIR], [0.0; PAIR]);
+        coupling.clear();
+        heights.clear();
+        height_vector.clear();
         let share = if self.is_free { FREE_INFORMATION_SHARE } else { INFORMATION_SHARE };
         let height_variance = self.height_variance();
         let mut any = false;
@@ -949,16 +978,19 @@ impl Filter {
             };
             let loss = LOSS_CHI2 / (LOSS_CHI2 + chi2);
             let weight = inverse * (share * if weighted { loss * loss } else { 1.0 });
-            let Scratch { cells, place, information, vector, .. } = &mut self.scratch;
+            let Scratch { cells, place, poses, coupling, heights, pose_vector, height_vector, .. } = &mut self.scratch;
             if place[seen.cell] == usize::MAX {
                 if cells.len() == MAX_TOUCHED_CELLS {
                     continue;
                 }
                 place[seen.cell] = cells.len();
                 cells.push(seen.cell);
+                coupling.push([0.0; PAIR]);
+                heights.push(0.0);
+                height_vector.push(0.0);
             }
             any = true;
-            let height = PAIR + place[seen.cell];
+            let height = place[seen.cell];
             let by = seen.by_pair();
             let target = residual + by * SMatrix::<f64, PAIR, 1>::from_column_slice(change);
             let weighted_by = weight * by;
@@ -966,122 +998,156 @@ impl Filter {
             for i in 0..PAIR {
                 let column = by.column(i);
                 for j in i..PAIR {
-                    information[i * stride + j] += column.dot(&weighted_by.column(j));
+                    poses[i][j] += column.dot(&weighted_by.column(j));
                 }
-                information[i * stride + height] += column.dot(&weighted_g);
-                vector[i] += column.dot(&weighted_target);
+                coupling[height][i] += column.dot(&weighted_g);
+                pose_vector[i] += column.dot(&weighted_target);
             }
-            information[height * stride + height] += g.dot(&weighted_g);
-            vector[height] += g.dot(&weighted_target);
-        }
-        let size = PAIR + self.scratch.cells.len();
-        for i in 0..size {
-            for j in 0..i {
-                self.scratch.information[i * stride + j] = self.scratch.information[j * stride + i];
-            }
+            heights[height] += g.dot(&weighted_g);
+            height_vector[height] += g.dot(&weighted_target);
         }
         any.then_some(())
     }
 
-    /// Fills `columns`, row `j` the covariance of all states with element `j` of `y`.
-    fn fill_columns(&mut self, states: &[usize; PAIR], size: usize) {
-        let Scratch { columns, cells, .. } = &mut self.scratch;
-        let (poses, heights) = columns[..size * STATES].split_at_mut(PAIR * STATES);
-        for (row, state) in poses.chunks_exact_mut(STATES).zip(states) {
-            row.copy_from_slice(&self.covariance[state * STATES..(state + 1) * STATES]);
-        }
-        for (row, cell) in heights.chunks_exact_mut(STATES).zip(cells) {
-            row.iter_mut().enumerate().for_each(|(state, value)| *value = self.cross[state * CELLS + *cell]);
-        }
-    }
-
-    /// Returns the covariance of elements `i` and `j` of `y`.
-    fn y_covariance(&self, i: usize, j: usize, states: &[usize; PAIR]) -> f64 {
-        match (i < PAIR, j < PAIR) {
-            (true, true) => self.at(states[i], states[j]),
-            (true, false) => self.cross[states[i] * CELLS + self.scratch.cells[j - PAIR]],
-            (false, true) => self.cross[states[j] * CELLS + self.scratch.cells[i - PAIR]],
-            (false, false) => f64::from(u8::from(i == j)) * self.height_variance(),
-        }
-    }
-
-    /// Fills `system` with `I + L P_yy`. `L` has the shape of an arrow: heights are coupled with the poses alone.
-    fn fill_system(&mut self, states: &[usize; PAIR], size: usize) {
-        let stride = PAIR + MAX_TOUCHED_CELLS;
-        for i in 0..size {
-            for j in 0..size {
-                let information = &self.scratch.information[i * stride..(i + 1) * stride];
-                let mut sum = f64::from(u8::from(i == j));
-                let coupled = if i < PAIR { size } else { PAIR };
-                for (m, value) in information.iter().enumerate().take(coupled) {
-                    sum += value * self.y_covariance(m, j, states);
-                }
-                if i >= PAIR {
-                    sum += information[i] * self.y_covariance(i, j, states);
-                }
-                self.scratch.system[i * size + j] = sum;
+    /// Fills `system` with `K`, and `correlation`.
+    fn fill_system(&mut self, states: &[usize; PAIR]) {
+        let variance = self.height_variance();
+        let Self { covariance, cross, scratch, .. } = self;
+        let Scratch { cells, poses, coupling, heights, correlation, system, .. } = scratch;
+        correlation.clear();
+        correlation.extend(cells.iter().map(|cell| states.map(|state| cross[state * CELLS + cell])));
+        for i in 0..PAIR {
+            for j in 0..PAIR {
+                let unit = f64::from(u8::from(i == j));
+                system[i * SYSTEM + j] = unit;
+                system[i * SYSTEM + PAIR + j] = poses[i.min(j)][i.max(j)];
+                system[(PAIR + i) * SYSTEM + j] = -covariance[states[i] * STATES + states[j]];
+                system[(PAIR + i) * SYSTEM + PAIR + j] = unit;
             }
         }
+        for ((b, c), d) in coupling.iter().zip(correlation).zip(heights) {
+            let inverse = 1.0 / (1.0 + variance * *d);
+            let is_correlated = c.iter().any(|value| *value != 0.0);
+            for i in 0..PAIR {
+                let [of_b, of_c] = [b[i] * inverse, c[i] * inverse];
+                let row = &mut system[i * SYSTEM..(i + 1) * SYSTEM];
+                row[PAIR..].iter_mut().zip(&*b).for_each(|(value, other)| *value -= variance * of_b * other);
+                if is_correlated {
+                    row[..PAIR].iter_mut().zip(&*c).for_each(|(value, other)| *value += of_b * other);
+                    let row = &mut system[(PAIR + i) * SYSTEM..(PAIR + i + 1) * SYSTEM];
+                    row[..PAIR].iter_mut().zip(&*c).for_each(|(value, other)| *value += *d * of_c * other);
+                    row[PAIR..].iter_mut().zip(&*b).for_each(|(value, other)| *value += of_c * other);
+                }
+            }
+        }
+    }
+
+    /// Returns `u`, the change of the states of the pair; destroys `system`.
+    fn solve_change(&mut self) -> Option<[f64; PAIR]> {
+        let variance = self.height_variance();
+        let Scratch { coupling, heights, pose_vector, height_vector, correlation, system, gain, .. } =
+            &mut self.scratch;
+        let right = &mut gain[..SYSTEM];
+        right[..PAIR].copy_from_slice(pose_vector);
+        right[PAIR..].fill(0.0);
+        for (((b, c), d), n) in coupling.iter().zip(correlation).zip(heights).zip(height_vector) {
+            let scaled = *n / (1.0 + variance * *d);
+            for i in 0..PAIR {
+                right[i] -= variance * b[i] * scaled;
+                right[PAIR + i] += c[i] * scaled;
+            }
+        }
+        solve(system, right, SYSTEM, 1)?;
+        Some(std::array::from_fn(|i| right[PAIR + i]))
     }
 
     /// Applies the update of the last linearisation to all states and their covariance.
     fn apply(&mut self, states: &[usize; PAIR]) -> Option<()> {
-        let stride = PAIR + MAX_TOUCHED_CELLS;
-        let size = PAIR + self.scratch.cells.len();
-        let height_variance = self.height_variance();
-        self.fill_columns(states, size);
-        self.fill_system(states, size);
-        // M^T = (I + L P_yy)^-T P_yx: the transposed system with one column for each state.
-        for i in 0..size {
-            for j in 0..i {
-                self.scratch.system.swap(i * size + j, j * size + i);
-            }
-        }
-        let Scratch { system, columns, gain, product, information, vector, cells, .. } = &mut self.scratch;
-        gain[..size * STATES].copy_from_slice(&columns[..size * STATES]);
-        solve(system, gain, size, STATES)?;
+        self.fill_system(states);
+        self.solve_gain(states)?;
+        let Self { covariance, cross, scratch, .. } = self;
+        let Scratch { cells, place, gain, height_gain, columns, product, pose_vector, height_vector, .. } = scratch;
         let mut by = [0.0; STATES];
-        for j in 0..size {
-            for (row, value) in by.iter_mut().enumerate() {
-                *value += gain[j * STATES + row] * vector[j];
-            }
+        let gains = gain[PAIR * STATES..].chunks_exact(STATES).zip(&*pose_vector);
+        for (row, n) in gains.chain(height_gain.chunks_exact(STATES).zip(&*height_vector)) {
+            by.iter_mut().zip(row).for_each(|(value, gain)| *value += gain * n);
         }
-        // (M L)^T, row by row of y.
-        product[..size * STATES].fill(0.0);
-        for j in 0..size {
-            for m in 0..size {
-                let value = information[j * stride + m];
-                if value != 0.0 {
-                    for row in 0..STATES {
-                        product[j * STATES + row] += value * gain[m * STATES + row];
-                    }
-                }
-            }
-        }
+        let size = PAIR + cells.len();
         for row in 0..STATES {
             for column in 0..=row {
                 let less: f64 = (0..size).map(|j| product[j * STATES + row] * columns[j * STATES + column]).sum();
-                let value = self.covariance[row * STATES + column] - less;
-                self.covariance[row * STATES + column] = value;
-                self.covariance[column * STATES + row] = value;
+                let value = covariance[row * STATES + column] - less;
+                covariance[row * STATES + column] = value;
+                covariance[column * STATES + row] = value;
             }
         }
+        let variance = self.height_sigma * self.height_sigma;
         for cell in 0..CELLS {
-            let touched = cells.iter().position(|other| *other == cell);
+            let touched = place[cell];
             // P_yh of this cell, before the update.
-            let before: [f64; PAIR] = std::array::from_fn(|i| self.cross[states[i] * CELLS + cell]);
-            if touched.is_none() && before.iter().all(|value| *value == 0.0) {
+            let before: [f64; PAIR] = std::array::from_fn(|i| cross[states[i] * CELLS + cell]);
+            if touched == usize::MAX && before.iter().all(|value| *value == 0.0) {
                 continue;
             }
             for row in 0..STATES {
                 let mut less: f64 = (0..PAIR).map(|j| product[j * STATES + row] * before[j]).sum();
-                if let Some(j) = touched {
-                    less += product[(PAIR + j) * STATES + row] * height_variance;
+                if touched != usize::MAX {
+                    less += product[(PAIR + touched) * STATES + row] * variance;
                 }
-                self.cross[row * CELLS + cell] -= less;
+                cross[row * CELLS + cell] -= less;
             }
         }
         self.correct(&by);
+        Some(())
+    }
+
+    /// Fills `columns`, `gain`, `height_gain` and `product` for all states; destroys `system`.
+    fn solve_gain(&mut self, states: &[usize; PAIR]) -> Option<()> {
+        let variance = self.height_variance();
+        let Self { covariance, cross, scratch, .. } = self;
+        let Scratch { cells, coupling, heights, correlation, system, gain, height_gain, columns, product, .. } =
+            scratch;
+        let (poses, rest) = columns.split_at_mut(PAIR * STATES);
+        for (row, state) in poses.chunks_exact_mut(STATES).zip(states) {
+            row.copy_from_slice(&covariance[state * STATES..(state + 1) * STATES]);
+        }
+        for (row, cell) in rest.chunks_exact_mut(STATES).zip(&*cells) {
+            row.iter_mut().enumerate().for_each(|(state, value)| *value = cross[state * CELLS + cell]);
+        }
+        let add = |to: &mut [f64], factor: f64, from: &[f64]| {
+            to.iter_mut().zip(from).for_each(|(value, other)| *value += factor * other);
+        };
+        let (above, below) = gain.split_at_mut(PAIR * STATES);
+        above.fill(0.0);
+        below.copy_from_slice(poses);
+        for (place, p) in rest.chunks_exact(STATES).enumerate().take(cells.len()) {
+            let inverse = 1.0 / (1.0 + variance * heights[place]);
+            for i in 0..PAIR {
+                add(&mut above[i * STATES..(i + 1) * STATES], -inverse * coupling[place][i], p);
+                let factor = -inverse * heights[place] * correlation[place][i];
+                add(&mut below[i * STATES..(i + 1) * STATES], factor, p);
+            }
+        }
+        solve(system, gain, SYSTEM, STATES)?;
+        let (above, below) = gain.split_at(PAIR * STATES);
+        let (of_poses, of_heights) = product.split_at_mut(PAIR * STATES);
+        of_poses.iter_mut().zip(above).for_each(|(value, solved)| *value = -solved);
+        for (place, p) in rest.chunks_exact(STATES).enumerate().take(cells.len()) {
+            let v = &mut height_gain[place * STATES..(place + 1) * STATES];
+            let seen = &mut of_heights[place * STATES..(place + 1) * STATES];
+            v.copy_from_slice(p);
+            seen.fill(0.0);
+            for i in 0..PAIR {
+                let w = &below[i * STATES..(i + 1) * STATES];
+                add(v, correlation[place][i], &above[i * STATES..(i + 1) * STATES]);
+                add(seen, coupling[place][i], w);
+            }
+            let inverse = 1.0 / (1.0 + variance * heights[place]);
+            for (v, seen) in v.iter_mut().zip(seen) {
+                *v = inverse * (*v - variance * *seen);
+                *seen += heights[place] * *v;
+            }
+        }
         Some(())
     }
 }
@@ -1154,6 +1220,7 @@ fn solve(a: &mut [f64], b: &mut [f64], size: usize, columns: usize) -> Option<()
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::{DMatrix, DVector};
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
@@ -1214,6 +1281,74 @@ mod tests {
         solve(&mut a, &mut b, 3, 1).unwrap();
         assert!(b.iter().zip([1.0, 2.0, 3.0]).all(|(found, expected)| (found - expected).abs() < 1e-12), "{b:?}");
         assert_eq!(solve(&mut [1.0, 2.0, 2.0, 4.0], &mut [1.0, 2.0], 2, 1), None);
+    }
+
+    /// The equations of the module without the elimination of heights, on dense matrices, after updates that correlate
+    /// the state with heights.
+    #[test]
+    fn eliminated_heights_give_the_dense_update() {
+        let mut rng = ChaCha8Rng::seed_from_u64(8);
+        let mut filter = started();
+        let camera = camera();
+        for step in 0..4 {
+            filter.predict(hovering(0.1), &SENSORS);
+            let moved = Vector3::new(0.1 * f64::from(step), -0.2, 0.3);
+            let mut seen = sightings(&filter, moved, CameraErrors::default(), &mut rng);
+            filter.update_sightings(0, [&camera, &camera], &mut seen, 8).unwrap();
+        }
+        filter.predict(hovering(0.1), &SENSORS);
+        let mut seen = sightings(&filter, Vector3::new(1.0, 0.5, -0.5), CameraErrors::default(), &mut rng);
+        let (prior, states) = (filter.pair_state(0).unwrap(), pair_states(0));
+        filter.linearise(&prior, [&camera, &camera], &mut seen, &[0.0; PAIR], false).unwrap();
+
+        let Scratch { cells, poses, coupling, heights, pose_vector, height_vector, .. } = &filter.scratch;
+        let size = PAIR + cells.len();
+        assert!(cells.len() > 20);
+        let information = DMatrix::from_fn(size, size, |i, j| match (i.min(j), i.max(j)) {
+            (i, j) if j < PAIR => poses[i][j],
+            (i, j) if i < PAIR => coupling[j - PAIR][i],
+            (i, j) => f64::from(u8::from(i == j)) * heights[i - PAIR],
+        });
+        let vector = DVector::from_fn(size, |i, _| if i < PAIR { pose_vector[i] } else { height_vector[i - PAIR] });
+        let with_y = DMatrix::from_fn(STATES, size, |x, j| match j {
+            j if j < PAIR => filter.at(x, states[j]),
+            j => filter.cross[x * CELLS + cells[j - PAIR]],
+        });
+        let of_y = DMatrix::from_fn(size, size, |i, j| match (i.min(j), i.max(j)) {
+            (i, j) if i < PAIR => with_y[(states[i], j)],
+            (i, j) => f64::from(u8::from(i == j)) * filter.height_variance(),
+        });
+        let inverse = (DMatrix::identity(size, size) + &information * of_y).try_inverse().unwrap();
+        let gain = &with_y * inverse;
+        let covariance = DMatrix::from_fn(STATES, STATES, |i, j| filter.at(i, j));
+        let with_heights = DMatrix::from_row_slice(STATES, CELLS, &filter.cross);
+        let of_heights = DMatrix::from_fn(size, CELLS, |i, cell| match i {
+            i if i < PAIR => filter.cross[states[i] * CELLS + cell],
+            i => f64::from(u8::from(cells[i - PAIR] == cell)) * filter.height_variance(),
+        });
+        let expected = covariance - &gain * &information * with_y.transpose();
+        let expected_heights = with_heights - &gain * &information * of_heights;
+        let moved = &gain * vector;
+
+        filter.fill_system(&states);
+        let change = filter.solve_change().unwrap();
+        let before = filter.pose.position;
+        filter.apply(&states).unwrap();
+        let near = |found: f64, expected: f64, scale: f64| (found - expected).abs() <= 1e-7 * scale;
+        for axis in 0..3 {
+            assert!(near(change[axis], moved[axis], 1.0), "{change:?} {moved}");
+            assert!(near(filter.pose.position[axis] - before[axis], moved[axis], 1.0));
+        }
+        let (largest, largest_height) = (expected.amax(), expected_heights.amax());
+        for i in 0..STATES {
+            (0..STATES).for_each(|j| assert!(near(filter.at(i, j), expected[(i, j)], largest), "{i} {j}"));
+            for cell in 0..CELLS {
+                assert!(
+                    near(filter.cross[i * CELLS + cell], expected_heights[(i, cell)], largest_height),
+                    "{i} {cell}"
+                );
+            }
+        }
     }
 
     #[test]
