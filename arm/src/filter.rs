@@ -140,9 +140,11 @@ const INFORMATION_SHARE: f64 = 1.0 / 16.0;
 const FREE_INFORMATION_SHARE: f64 = 1.0 / 4.0;
 /// Iterations of an update near the prediction, and without samples of the IMU, where the prediction is far.
 const ITERATIONS: [usize; 2] = [4, 8];
+/// Sightings at most in an iteration, evenly chosen; the update itself has all.
+const ITERATED_SIGHTINGS: usize = 128;
 /// Work units of a sighting in an iteration.
 const SIGHTING_WORK: usize = 40;
-/// Work units of an iteration besides: a system of a hundred unknowns.
+/// Work units of an iteration besides.
 const ITERATION_WORK: usize = 40_000;
 /// Scale of the Geman-McClure loss, in chi squared of two degrees of freedom.
 const LOSS_CHI2: f64 = 4.0;
@@ -890,13 +892,19 @@ impl Filter {
         }
     }
 
+    /// Returns the number of states up to the last keyframe; the others have no covariance.
+    fn active(&self) -> usize {
+        CORE + POSE * self.keyframes.iter().rposition(Option::is_some).map_or(0, |last| last + 1)
+    }
+
     fn iterations(&self) -> usize {
         ITERATIONS[usize::from(self.is_free)]
     }
 
     /// Returns the work units of [`Filter::update_sightings`] with a number of sightings.
     pub fn work(&self, sightings: usize) -> usize {
-        self.iterations() * (ITERATION_WORK + SIGHTING_WORK * sightings)
+        self.iterations() * (ITERATION_WORK + SIGHTING_WORK * sightings.min(ITERATED_SIGHTINGS))
+            + SIGHTING_WORK * sightings
     }
 
     /// Fits present pose, keyframe `k` and the errors of the camera to sightings: iterated, with Geman-McClure's loss.
@@ -914,13 +922,14 @@ impl Filter {
         let mut change = [0.0; PAIR];
         let states = pair_states(k);
         for iteration in 0..self.iterations() {
-            self.linearise(&prior.moved(&change), cameras, sightings, &change, iteration > 0)?;
+            let chosen = sightings.len().div_ceil(ITERATED_SIGHTINGS).max(1);
+            self.linearise(&prior.moved(&change), cameras, sightings, chosen, &change, iteration > 0)?;
             self.fill_system(&states);
             change = self.solve_change()?;
         }
         let innovation = self.innovation(k, &change)?;
         // The residuals at the solution.
-        self.linearise(&prior.moved(&change), cameras, sightings, &change, true)?;
+        self.linearise(&prior.moved(&change), cameras, sightings, 1, &change, true)?;
         let inliers = sightings.iter().filter(|sighting| sighting.is_inlier()).count();
         let is_applied = innovation <= MAX_INNOVATION_CHI2 && inliers >= min_inliers;
         if is_applied {
@@ -942,12 +951,14 @@ impl Filter {
         Some(relative.dot(&(covariance.try_inverse()? * relative)))
     }
 
-    /// Fills information matrix and vector at a state that differs from the prediction by `change`.
+    /// Fills information matrix and vector at a state that differs from the prediction by `change`, from one of
+    /// `chosen` sightings with as many times the weight.
     fn linearise(
         &mut self,
         state: &PairState,
         cameras: [&Camera; 2],
         sightings: &mut [Sighting],
+        chosen: usize,
         change: &[f64; PAIR],
         weighted: bool,
     ) -> Option<()> {
@@ -959,10 +970,10 @@ impl Filter {
         coupling.clear();
         heights.clear();
         height_vector.clear();
-        let share = if self.is_free { FREE_INFORMATION_SHARE } else { INFORMATION_SHARE };
+        let share = chosen as f64 * if self.is_free { FREE_INFORMATION_SHARE } else { INFORMATION_SHARE };
         let height_variance = self.height_variance();
         let mut any = false;
-        for sighting in sightings.iter_mut() {
+        for sighting in sightings.iter_mut().step_by(chosen) {
             let Some(seen) = self.project(state, cameras, &sighting.reference) else {
                 sighting.chi2 = f64::INFINITY;
                 continue;
@@ -1065,6 +1076,7 @@ impl Filter {
     fn apply(&mut self, states: &[usize; PAIR]) -> Option<()> {
         self.fill_system(states);
         self.solve_gain(states)?;
+        let active = self.active();
         let Self { covariance, cross, scratch, .. } = self;
         let Scratch { cells, place, gain, height_gain, columns, product, pose_vector, height_vector, .. } = scratch;
         let mut by = [0.0; STATES];
@@ -1073,7 +1085,7 @@ impl Filter {
             by.iter_mut().zip(row).for_each(|(value, gain)| *value += gain * n);
         }
         let size = PAIR + cells.len();
-        for row in 0..STATES {
+        for row in 0..active {
             for column in 0..=row {
                 let less: f64 = (0..size).map(|j| product[j * STATES + row] * columns[j * STATES + column]).sum();
                 let value = covariance[row * STATES + column] - less;
@@ -1089,7 +1101,7 @@ impl Filter {
             if touched == usize::MAX && before.iter().all(|value| *value == 0.0) {
                 continue;
             }
-            for row in 0..STATES {
+            for row in 0..active {
                 let mut less: f64 = (0..PAIR).map(|j| product[j * STATES + row] * before[j]).sum();
                 if touched != usize::MAX {
                     less += product[(PAIR + touched) * STATES + row] * variance;
@@ -1103,7 +1115,7 @@ impl Filter {
 
     /// Fills `columns`, `gain`, `height_gain` and `product` for all states; destroys `system`.
     fn solve_gain(&mut self, states: &[usize; PAIR]) -> Option<()> {
-        let variance = self.height_variance();
+        let (variance, active) = (self.height_variance(), self.active());
         let Self { covariance, cross, scratch, .. } = self;
         let Scratch { cells, coupling, heights, correlation, system, gain, height_gain, columns, product, .. } =
             scratch;
@@ -1115,7 +1127,7 @@ impl Filter {
             row.iter_mut().enumerate().for_each(|(state, value)| *value = cross[state * CELLS + cell]);
         }
         let add = |to: &mut [f64], factor: f64, from: &[f64]| {
-            to.iter_mut().zip(from).for_each(|(value, other)| *value += factor * other);
+            to.iter_mut().zip(from).take(active).for_each(|(value, other)| *value += factor * other);
         };
         let (above, below) = gain.split_at_mut(PAIR * STATES);
         above.fill(0.0);
@@ -1299,7 +1311,7 @@ mod tests {
         filter.predict(hovering(0.1), &SENSORS);
         let mut seen = sightings(&filter, Vector3::new(1.0, 0.5, -0.5), CameraErrors::default(), &mut rng);
         let (prior, states) = (filter.pair_state(0).unwrap(), pair_states(0));
-        filter.linearise(&prior, [&camera, &camera], &mut seen, &[0.0; PAIR], false).unwrap();
+        filter.linearise(&prior, [&camera, &camera], &mut seen, 1, &[0.0; PAIR], false).unwrap();
 
         let Scratch { cells, poses, coupling, heights, pose_vector, height_vector, .. } = &filter.scratch;
         let size = PAIR + cells.len();

@@ -145,7 +145,13 @@ pub fn match_predicted(
     memory: &mut MatchMemory,
     budget: &mut Budget,
 ) -> Option<usize> {
-    if !budget.spend(PREDICTION_WORK * keyframe.features.len()) {
+    let middle = keyframe.camera.last_pixel() / 2.0;
+    let mut is_uncertain = false;
+    filter.images(k, [&keyframe.camera, camera], std::iter::once(middle), |_, prediction| {
+        let reach = [0, 1].map(|axis| GATE_SIGMAS * prediction.covariance[(axis, axis)].sqrt());
+        is_uncertain = reach[0].max(reach[1]) > MAX_GATE_PX;
+    });
+    if is_uncertain || !budget.spend(PREDICTION_WORK * keyframe.features.len()) {
         return None;
     }
     let MatchMemory { predicted, taken, shifts, sightings } = memory;
