@@ -1006,10 +1006,10 @@ impl Filter {
             let target = residual + by * SMatrix::<f64, PAIR, 1>::from_column_slice(change);
             let weighted_by = weight * by;
             let (weighted_g, weighted_target) = (weight * g, weight * target);
-            for i in 0..PAIR {
+            for (i, row) in poses.iter_mut().enumerate() {
                 let column = by.column(i);
-                for j in i..PAIR {
-                    poses[i][j] += column.dot(&weighted_by.column(j));
+                for (j, value) in row.iter_mut().enumerate().skip(i) {
+                    *value += column.dot(&weighted_by.column(j));
                 }
                 coupling[height][i] += column.dot(&weighted_g);
                 pose_vector[i] += column.dot(&weighted_target);
@@ -1042,12 +1042,12 @@ impl Filter {
             for i in 0..PAIR {
                 let [of_b, of_c] = [b[i] * inverse, c[i] * inverse];
                 let row = &mut system[i * SYSTEM..(i + 1) * SYSTEM];
-                row[PAIR..].iter_mut().zip(&*b).for_each(|(value, other)| *value -= variance * of_b * other);
+                row[PAIR..].iter_mut().zip(b).for_each(|(value, other)| *value -= variance * of_b * other);
                 if is_correlated {
                     row[..PAIR].iter_mut().zip(&*c).for_each(|(value, other)| *value += of_b * other);
                     let row = &mut system[(PAIR + i) * SYSTEM..(PAIR + i + 1) * SYSTEM];
                     row[..PAIR].iter_mut().zip(&*c).for_each(|(value, other)| *value += *d * of_c * other);
-                    row[PAIR..].iter_mut().zip(&*b).for_each(|(value, other)| *value += of_c * other);
+                    row[PAIR..].iter_mut().zip(b).for_each(|(value, other)| *value += of_c * other);
                 }
             }
         }
