@@ -1,0 +1,431 @@
+//! The update by sightings of landmarks, with the letters of the [parent](super).
+
+use super::projection::PairState;
+use super::{CELLS, Filter, PAIR, STATES, pair_states};
+use hoverlock_reference::motion::orthophoto::Camera;
+use nalgebra::{Matrix2, Matrix6, SMatrix, Vector2, Vector6};
+
+/// Cells that the sightings of one frame may touch; sightings of further cells are not used.
+const MAX_TOUCHED_CELLS: usize = 96;
+/// Unknowns of the system of an update.
+const SYSTEM: usize = 2 * PAIR;
+/// Part of the information of a sighting that counts: errors of position persist over frames and neighbours.
+const INFORMATION_SHARE: f64 = 1.0 / 16.0;
+/// The same without samples of the IMU: each frame then has a new pose, and only the keyframe's errors persist.
+const FREE_INFORMATION_SHARE: f64 = 1.0 / 4.0;
+/// Iterations of an update near the prediction, and without samples of the IMU, where the prediction is far.
+const ITERATIONS: [usize; 2] = [4, 8];
+/// Sightings at most in an iteration, evenly chosen; the update itself has all.
+const ITERATED_SIGHTINGS: usize = 128;
+/// Work units of a sighting in an iteration.
+const SIGHTING_WORK: usize = 40;
+/// Work units of an iteration besides.
+const ITERATION_WORK: usize = 40_000;
+/// Scale of the Geman-McClure loss, in chi squared of two degrees of freedom.
+const LOSS_CHI2: f64 = 4.0;
+
+/// Chi squared (two degrees of freedom) up to which a sighting is an inlier; noise exceeds it once in 90.
+const MAX_INLIER_CHI2: f64 = 9.0;
+/// Chi squared (six degrees of freedom) up to which a change of the relative pose is possible for the vehicle: noise
+/// exceeds it once in ten million.
+const MAX_INNOVATION_CHI2: f64 = 43.0;
+
+/// A ground point of a keyframe in the present frame.
+#[derive(Debug, Clone, Copy)]
+pub struct Sighting {
+    /// Index of the landmark in its keyframe.
+    pub landmark: usize,
+    /// Position in the keyframe, px.
+    pub reference: Vector2<f64>,
+    /// Position in the present frame, px.
+    pub current: Vector2<f64>,
+    /// Covariance of the difference of both positions, px^2.
+    pub covariance: Matrix2<f64>,
+    /// The sighting counts in the update; others are only judged by it.
+    pub counts: bool,
+    /// Chi squared of the residual after the update, two degrees of freedom; heights are considered.
+    pub chi2: f64,
+    /// Residual after the update, px.
+    pub residual: Vector2<f64>,
+}
+
+impl Sighting {
+    /// Returns `true` if the sighting counts and agrees with the fitted poses.
+    pub fn is_inlier(&self) -> bool {
+        self.counts && self.is_consistent()
+    }
+
+    /// Returns `true` if the sighting agrees with the fitted poses.
+    pub fn is_consistent(&self) -> bool {
+        self.chi2 <= MAX_INLIER_CHI2
+    }
+}
+
+/// The result of an update by sightings.
+#[derive(Debug, Clone, Copy)]
+pub struct Fitted {
+    /// Chi squared of the change of the relative pose over its predicted covariance; six degrees of freedom.
+    pub innovation: f64,
+    /// Sightings that agree.
+    pub inliers: usize,
+    /// The state was changed.
+    pub is_applied: bool,
+}
+
+/// A row for each touched cell, with an element for each state of a pair.
+pub(super) type CellRows = Vec<[f64; PAIR]>;
+
+/// Memory of an update, with the letters of the [module](self).
+pub(super) struct Scratch {
+    pub(super) cells: Vec<usize>,
+    /// Place of a cell in `cells`, or `usize::MAX`.
+    pub(super) place: Vec<usize>,
+    /// `A`, upper triangle.
+    pub(super) poses: [[f64; PAIR]; PAIR],
+    /// `B^T`.
+    pub(super) coupling: CellRows,
+    /// `D`.
+    pub(super) heights: Vec<f64>,
+    /// `n_1`.
+    pub(super) pose_vector: [f64; PAIR],
+    /// `n_2`.
+    pub(super) height_vector: Vec<f64>,
+    /// `C^T`.
+    pub(super) correlation: CellRows,
+    /// `K`, row-major.
+    pub(super) system: Vec<f64>,
+    /// Right-hand sides and solutions, a column for each state: `-t` above `w`.
+    pub(super) gain: Vec<f64>,
+    /// `v`, a row for each touched cell.
+    pub(super) height_gain: Vec<f64>,
+    /// `P_yx`, a row for each element of `y`.
+    pub(super) columns: Vec<f64>,
+    /// `(M L)^T`, a row for each element of `y`.
+    pub(super) product: Vec<f64>,
+}
+
+impl Scratch {
+    /// Allocates the memory.
+    pub(super) fn new() -> Self {
+        Self {
+            cells: Vec::with_capacity(MAX_TOUCHED_CELLS),
+            place: vec![usize::MAX; CELLS],
+            poses: [[0.0; PAIR]; PAIR],
+            coupling: Vec::with_capacity(MAX_TOUCHED_CELLS),
+            heights: Vec::with_capacity(MAX_TOUCHED_CELLS),
+            pose_vector: [0.0; PAIR],
+            height_vector: Vec::with_capacity(MAX_TOUCHED_CELLS),
+            correlation: Vec::with_capacity(MAX_TOUCHED_CELLS),
+            system: vec![0.0; SYSTEM * SYSTEM],
+            gain: vec![0.0; SYSTEM * STATES],
+            height_gain: vec![0.0; MAX_TOUCHED_CELLS * STATES],
+            columns: vec![0.0; (PAIR + MAX_TOUCHED_CELLS) * STATES],
+            product: vec![0.0; (PAIR + MAX_TOUCHED_CELLS) * STATES],
+        }
+    }
+}
+
+impl Filter {
+    fn iterations(&self) -> usize {
+        ITERATIONS[usize::from(self.is_free)]
+    }
+
+    /// Returns the work units of [`Filter::update_sightings`] with a number of sightings.
+    pub fn work(&self, sightings: usize) -> usize {
+        self.iterations() * (ITERATION_WORK + SIGHTING_WORK * sightings.min(ITERATED_SIGHTINGS))
+            + SIGHTING_WORK * sightings
+    }
+
+    /// Fits present pose, keyframe `k` and the errors of the camera to sightings: iterated, with Geman-McClure's loss.
+    /// Residual and chi squared of each sighting are written into it. The change is applied if at least `min_inliers`
+    /// sightings agree and its chi squared is possible. Returns `None` without sightings that count, or if the system
+    /// is singular.
+    pub fn update_sightings(
+        &mut self,
+        k: usize,
+        cameras: [&Camera; 2],
+        sightings: &mut [Sighting],
+        min_inliers: usize,
+    ) -> Option<Fitted> {
+        let prior = self.pair_state(k)?;
+        let mut change = [0.0; PAIR];
+        let states = pair_states(k);
+        for iteration in 0..self.iterations() {
+            let chosen = sightings.len().div_ceil(ITERATED_SIGHTINGS).max(1);
+            self.linearise(&prior.moved(&change), cameras, sightings, chosen, &change, iteration > 0)?;
+            self.fill_system(&states);
+            change = self.solve_change()?;
+        }
+        let innovation = self.innovation(k, &change)?;
+        // The residuals at the solution.
+        self.linearise(&prior.moved(&change), cameras, sightings, 1, &change, true)?;
+        let inliers = sightings.iter().filter(|sighting| sighting.is_inlier()).count();
+        let is_applied = innovation <= MAX_INNOVATION_CHI2 && inliers >= min_inliers;
+        if is_applied {
+            self.apply(&states)?;
+        }
+        Some(Fitted { innovation, inliers, is_applied })
+    }
+
+    /// Returns chi squared of a change of the relative pose.
+    fn innovation(&self, k: usize, change: &[f64; PAIR]) -> Option<f64> {
+        let relative = Vector6::from_fn(|i, _| change[i] - change[6 + i]);
+        let pair = self.pair_covariance(k);
+        let mut covariance =
+            Matrix6::from_fn(|i, j| pair[(i, j)] - pair[(i, 6 + j)] - pair[(6 + i, j)] + pair[(6 + i, 6 + j)]);
+        for i in 0..6 {
+            // A centimetre, and a tenth of a milliradian: the errors of pictures that no prediction knows.
+            covariance[(i, i)] += if i < 3 { 1e-4 } else { 1e-8 };
+        }
+        Some(relative.dot(&(covariance.try_inverse()? * relative)))
+    }
+
+    /// Fills information matrix and vector at a state that differs from the prediction by `change`, from one of
+    /// `chosen` sightings with as many times the weight.
+    pub(super) fn linearise(
+        &mut self,
+        state: &PairState,
+        cameras: [&Camera; 2],
+        sightings: &mut [Sighting],
+        chosen: usize,
+        change: &[f64; PAIR],
+        weighted: bool,
+    ) -> Option<()> {
+        for cell in self.scratch.cells.drain(..) {
+            self.scratch.place[cell] = usize::MAX;
+        }
+        let Scratch { poses, coupling, heights, pose_vector, height_vector, .. } = &mut self.scratch;
+        (*poses, *pose_vector) = ([[0.0; PAIR]; PAIR], [0.0; PAIR]);
+        coupling.clear();
+        heights.clear();
+        height_vector.clear();
+        let share = chosen as f64 * if self.is_free { FREE_INFORMATION_SHARE } else { INFORMATION_SHARE };
+        let height_variance = self.height_variance();
+        let mut any = false;
+        for sighting in sightings.iter_mut().step_by(chosen) {
+            let Some(seen) = state.project(cameras, &sighting.reference) else {
+                sighting.chi2 = f64::INFINITY;
+                continue;
+            };
+            let residual = sighting.current - seen.image;
+            let g = seen.by_height;
+            let spread = sighting.covariance + g * g.transpose() * height_variance;
+            let chi2 = spread.try_inverse().map_or(f64::INFINITY, |inverse| residual.dot(&(inverse * residual)));
+            (sighting.residual, sighting.chi2) = (residual, chi2);
+            let Some(inverse) = sighting.covariance.try_inverse().filter(|_| sighting.counts && chi2.is_finite())
+            else {
+                continue;
+            };
+            let loss = LOSS_CHI2 / (LOSS_CHI2 + chi2);
+            let weight = inverse * (share * if weighted { loss * loss } else { 1.0 });
+            let cell = self.cell(&seen.point);
+            let Scratch { cells, place, poses, coupling, heights, pose_vector, height_vector, .. } = &mut self.scratch;
+            if place[cell] == usize::MAX {
+                if cells.len() == MAX_TOUCHED_CELLS {
+                    continue;
+                }
+                place[cell] = cells.len();
+                cells.push(cell);
+                coupling.push([0.0; PAIR]);
+                heights.push(0.0);
+                height_vector.push(0.0);
+            }
+            any = true;
+            let height = place[cell];
+            let by = seen.by_pair();
+            let target = residual + by * SMatrix::<f64, PAIR, 1>::from_column_slice(change);
+            let weighted_by = weight * by;
+            let (weighted_g, weighted_target) = (weight * g, weight * target);
+            for (i, row) in poses.iter_mut().enumerate() {
+                let column = by.column(i);
+                for (j, value) in row.iter_mut().enumerate().skip(i) {
+                    *value += column.dot(&weighted_by.column(j));
+                }
+                coupling[height][i] += column.dot(&weighted_g);
+                pose_vector[i] += column.dot(&weighted_target);
+            }
+            heights[height] += g.dot(&weighted_g);
+            height_vector[height] += g.dot(&weighted_target);
+        }
+        any.then_some(())
+    }
+
+    /// Fills `system` with `K`, and `correlation`.
+    pub(super) fn fill_system(&mut self, states: &[usize; PAIR]) {
+        let variance = self.height_variance();
+        let Self { covariance, cross, scratch, .. } = self;
+        let Scratch { cells, poses, coupling, heights, correlation, system, .. } = scratch;
+        correlation.clear();
+        correlation.extend(cells.iter().map(|cell| states.map(|state| cross[state * CELLS + cell])));
+        for i in 0..PAIR {
+            for j in 0..PAIR {
+                let unit = f64::from(u8::from(i == j));
+                system[i * SYSTEM + j] = unit;
+                system[i * SYSTEM + PAIR + j] = poses[i.min(j)][i.max(j)];
+                system[(PAIR + i) * SYSTEM + j] = -covariance[states[i] * STATES + states[j]];
+                system[(PAIR + i) * SYSTEM + PAIR + j] = unit;
+            }
+        }
+        for ((b, c), d) in coupling.iter().zip(correlation).zip(heights) {
+            let inverse = 1.0 / (1.0 + variance * *d);
+            let is_correlated = c.iter().any(|value| *value != 0.0);
+            for i in 0..PAIR {
+                let [of_b, of_c] = [b[i] * inverse, c[i] * inverse];
+                let row = &mut system[i * SYSTEM..(i + 1) * SYSTEM];
+                row[PAIR..].iter_mut().zip(b).for_each(|(value, other)| *value -= variance * of_b * other);
+                if is_correlated {
+                    row[..PAIR].iter_mut().zip(&*c).for_each(|(value, other)| *value += of_b * other);
+                    let row = &mut system[(PAIR + i) * SYSTEM..(PAIR + i + 1) * SYSTEM];
+                    row[..PAIR].iter_mut().zip(&*c).for_each(|(value, other)| *value += *d * of_c * other);
+                    row[PAIR..].iter_mut().zip(b).for_each(|(value, other)| *value += of_c * other);
+                }
+            }
+        }
+    }
+
+    /// Returns `u`, the change of the states of the pair; destroys `system`.
+    pub(super) fn solve_change(&mut self) -> Option<[f64; PAIR]> {
+        let variance = self.height_variance();
+        let Scratch { coupling, heights, pose_vector, height_vector, correlation, system, gain, .. } =
+            &mut self.scratch;
+        let right = &mut gain[..SYSTEM];
+        right[..PAIR].copy_from_slice(pose_vector);
+        right[PAIR..].fill(0.0);
+        for (((b, c), d), n) in coupling.iter().zip(correlation).zip(heights).zip(height_vector) {
+            let scaled = *n / (1.0 + variance * *d);
+            for i in 0..PAIR {
+                right[i] -= variance * b[i] * scaled;
+                right[PAIR + i] += c[i] * scaled;
+            }
+        }
+        solve(system, right, SYSTEM, 1)?;
+        Some(std::array::from_fn(|i| right[PAIR + i]))
+    }
+
+    /// Applies the update of the last linearisation to all states and their covariance.
+    pub(super) fn apply(&mut self, states: &[usize; PAIR]) -> Option<()> {
+        self.fill_system(states);
+        self.solve_gain(states)?;
+        let active = self.active();
+        let Self { covariance, cross, scratch, .. } = self;
+        let Scratch { cells, place, gain, height_gain, columns, product, pose_vector, height_vector, .. } = scratch;
+        let mut by = [0.0; STATES];
+        let gains = gain[PAIR * STATES..].chunks_exact(STATES).zip(&*pose_vector);
+        for (row, n) in gains.chain(height_gain.chunks_exact(STATES).zip(&*height_vector)) {
+            by.iter_mut().zip(row).for_each(|(value, gain)| *value += gain * n);
+        }
+        let size = PAIR + cells.len();
+        for row in 0..active {
+            for column in 0..=row {
+                let less: f64 = (0..size).map(|j| product[j * STATES + row] * columns[j * STATES + column]).sum();
+                let value = covariance[row * STATES + column] - less;
+                covariance[row * STATES + column] = value;
+                covariance[column * STATES + row] = value;
+            }
+        }
+        let variance = self.height_sigma * self.height_sigma;
+        for cell in 0..CELLS {
+            let touched = place[cell];
+            // P_yh of this cell, before the update.
+            let before: [f64; PAIR] = std::array::from_fn(|i| cross[states[i] * CELLS + cell]);
+            if touched == usize::MAX && before.iter().all(|value| *value == 0.0) {
+                continue;
+            }
+            for row in 0..active {
+                let mut less: f64 = (0..PAIR).map(|j| product[j * STATES + row] * before[j]).sum();
+                if touched != usize::MAX {
+                    less += product[(PAIR + touched) * STATES + row] * variance;
+                }
+                cross[row * CELLS + cell] -= less;
+            }
+        }
+        self.correct(&by);
+        Some(())
+    }
+
+    /// Fills `columns`, `gain`, `height_gain` and `product` for all states; destroys `system`.
+    fn solve_gain(&mut self, states: &[usize; PAIR]) -> Option<()> {
+        let (variance, active) = (self.height_variance(), self.active());
+        let Self { covariance, cross, scratch, .. } = self;
+        let Scratch { cells, coupling, heights, correlation, system, gain, height_gain, columns, product, .. } =
+            scratch;
+        let (poses, rest) = columns.split_at_mut(PAIR * STATES);
+        for (row, state) in poses.chunks_exact_mut(STATES).zip(states) {
+            row.copy_from_slice(&covariance[state * STATES..(state + 1) * STATES]);
+        }
+        for (row, cell) in rest.chunks_exact_mut(STATES).zip(&*cells) {
+            row.iter_mut().enumerate().for_each(|(state, value)| *value = cross[state * CELLS + cell]);
+        }
+        let add = |to: &mut [f64], factor: f64, from: &[f64]| {
+            to.iter_mut().zip(from).take(active).for_each(|(value, other)| *value += factor * other);
+        };
+        let (above, below) = gain.split_at_mut(PAIR * STATES);
+        above.fill(0.0);
+        below.copy_from_slice(poses);
+        for (place, p) in rest.chunks_exact(STATES).enumerate().take(cells.len()) {
+            let inverse = 1.0 / (1.0 + variance * heights[place]);
+            for i in 0..PAIR {
+                add(&mut above[i * STATES..(i + 1) * STATES], -inverse * coupling[place][i], p);
+                let factor = -inverse * heights[place] * correlation[place][i];
+                add(&mut below[i * STATES..(i + 1) * STATES], factor, p);
+            }
+        }
+        solve(system, gain, SYSTEM, STATES)?;
+        let (above, below) = gain.split_at(PAIR * STATES);
+        let (of_poses, of_heights) = product.split_at_mut(PAIR * STATES);
+        of_poses.iter_mut().zip(above).for_each(|(value, solved)| *value = -solved);
+        for (place, p) in rest.chunks_exact(STATES).enumerate().take(cells.len()) {
+            let v = &mut height_gain[place * STATES..(place + 1) * STATES];
+            let seen = &mut of_heights[place * STATES..(place + 1) * STATES];
+            v.copy_from_slice(p);
+            seen.fill(0.0);
+            for i in 0..PAIR {
+                let w = &below[i * STATES..(i + 1) * STATES];
+                add(v, correlation[place][i], &above[i * STATES..(i + 1) * STATES]);
+                add(seen, coupling[place][i], w);
+            }
+            let inverse = 1.0 / (1.0 + variance * heights[place]);
+            for (v, seen) in v.iter_mut().zip(seen) {
+                *v = inverse * (*v - variance * *seen);
+                *seen += heights[place] * *v;
+            }
+        }
+        Some(())
+    }
+}
+
+/// Solves `A X = B` by elimination with row pivots: `a` is `size` x `size` and is destroyed, `b` has `columns` columns
+/// and becomes `X`, both row-major. Returns `None` if `A` is singular.
+pub(super) fn solve(a: &mut [f64], b: &mut [f64], size: usize, columns: usize) -> Option<()> {
+    for i in 0..size {
+        let magnitude = |row: &usize| a[row * size + i].abs();
+        let pivot = (i..size).max_by(|one, other| magnitude(one).total_cmp(&magnitude(other)))?;
+        if magnitude(&pivot).is_nan() || magnitude(&pivot) < 1e-12 {
+            return None;
+        }
+        if pivot != i {
+            (0..size).for_each(|j| a.swap(i * size + j, pivot * size + j));
+            (0..columns).for_each(|j| b.swap(i * columns + j, pivot * columns + j));
+        }
+        let (upper, lower) = a.split_at_mut((i + 1) * size);
+        let (b_upper, b_lower) = b.split_at_mut((i + 1) * columns);
+        let (row, b_row) = (&upper[i * size..], &b_upper[i * columns..]);
+        for (other, b_other) in lower.chunks_exact_mut(size).zip(b_lower.chunks_exact_mut(columns)) {
+            let factor = other[i] / row[i];
+            if factor != 0.0 {
+                (i..size).for_each(|j| other[j] -= factor * row[j]);
+                b_other.iter_mut().zip(b_row).for_each(|(value, above)| *value -= factor * above);
+            }
+        }
+    }
+    for i in (0..size).rev() {
+        let (upper, lower) = b.split_at_mut((i + 1) * columns);
+        let row = &mut upper[i * columns..];
+        for (j, below) in (i + 1..size).zip(lower.chunks_exact(columns)) {
+            let factor = a[i * size + j];
+            row.iter_mut().zip(below).for_each(|(value, other)| *value -= factor * other);
+        }
+        row.iter_mut().for_each(|value| *value /= a[i * size + i]);
+    }
+    Some(())
+}

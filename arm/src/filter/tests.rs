@@ -1,0 +1,346 @@
+//! Tests of the filter.
+
+use super::rotation::logarithm;
+use super::sightings::solve;
+use super::*;
+use nalgebra::{DMatrix, DVector};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+const SENSORS: SensorErrors = SensorErrors { tilt: 0.0035, heading: 0.01, range: 0.1 };
+
+fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
+}
+
+fn camera() -> Camera {
+    Camera::with_field_of_view(1024, 768, 0.87).unwrap()
+}
+
+fn started() -> Filter {
+    let mut filter = Filter::new();
+    filter.restart(50.0, &Attitude::default(), &SENSORS, 46.0, false);
+    filter.clone_pose(0);
+    filter
+}
+
+fn hovering(seconds: f64) -> impl Iterator<Item = Step> {
+    let count = (seconds * 200.0).round() as usize;
+    std::iter::repeat_n(
+        Step { rates: Vector3::zeros(), force: Vector3::new(0.0, 0.0, -GRAVITY), seconds: 0.005 },
+        count,
+    )
+}
+
+/// Returns sightings of points on flat ground from a place `moved` m beside the keyframe, with noise of 0.3 px.
+fn sightings(filter: &Filter, moved: Vector3<f64>, errors: CameraErrors, rng: &mut ChaCha8Rng) -> Vec<Sighting> {
+    let camera = camera();
+    let mut state = filter.pair_state(0).unwrap();
+    state.then.pose.rotation = Matrix3::identity();
+    state.now.pose.position = state.then.pose.position + moved;
+    state.now.pose.rotation = Matrix3::identity();
+    state.errors = errors;
+    (0..200)
+        .map(|landmark| {
+            let reference = Vector2::new(1023.0 * rng.random::<f64>(), 767.0 * rng.random::<f64>());
+            let image = state.project([&camera, &camera], &reference).unwrap().image;
+            Sighting {
+                landmark,
+                reference,
+                current: image + 0.3 * Vector2::new(normal(rng), normal(rng)),
+                covariance: Matrix2::identity() * 0.09,
+                counts: true,
+                chi2: 0.0,
+                residual: Vector2::zeros(),
+            }
+        })
+        .collect()
+}
+
+#[test]
+fn a_system_is_solved_with_pivots() {
+    let mut a = [0.0, 2.0, 1.0, 1.0, 1.0, 0.0, 3.0, 0.0, 1.0];
+    let mut b = [7.0, 3.0, 6.0];
+    solve(&mut a, &mut b, 3, 1).unwrap();
+    assert!(b.iter().zip([1.0, 2.0, 3.0]).all(|(found, expected)| (found - expected).abs() < 1e-12), "{b:?}");
+    assert_eq!(solve(&mut [1.0, 2.0, 2.0, 4.0], &mut [1.0, 2.0], 2, 1), None);
+}
+
+/// The equations of the module without the elimination of heights, on dense matrices, after updates that correlate
+/// the state with heights.
+#[test]
+fn eliminated_heights_give_the_dense_update() {
+    let mut rng = ChaCha8Rng::seed_from_u64(8);
+    let mut filter = started();
+    let camera = camera();
+    for step in 0..4 {
+        filter.predict(hovering(0.1), &SENSORS);
+        let moved = Vector3::new(0.1 * f64::from(step), -0.2, 0.3);
+        let mut seen = sightings(&filter, moved, CameraErrors::default(), &mut rng);
+        filter.update_sightings(0, [&camera, &camera], &mut seen, 8).unwrap();
+    }
+    filter.predict(hovering(0.1), &SENSORS);
+    let mut seen = sightings(&filter, Vector3::new(1.0, 0.5, -0.5), CameraErrors::default(), &mut rng);
+    let (prior, states) = (filter.pair_state(0).unwrap(), pair_states(0));
+    filter.linearise(&prior, [&camera, &camera], &mut seen, 1, &[0.0; PAIR], false).unwrap();
+
+    let Scratch { cells, poses, coupling, heights, pose_vector, height_vector, .. } = &filter.scratch;
+    let size = PAIR + cells.len();
+    assert!(cells.len() > 20);
+    let information = DMatrix::from_fn(size, size, |i, j| match (i.min(j), i.max(j)) {
+        (i, j) if j < PAIR => poses[i][j],
+        (i, j) if i < PAIR => coupling[j - PAIR][i],
+        (i, j) => f64::from(u8::from(i == j)) * heights[i - PAIR],
+    });
+    let vector = DVector::from_fn(size, |i, _| if i < PAIR { pose_vector[i] } else { height_vector[i - PAIR] });
+    let with_y = DMatrix::from_fn(STATES, size, |x, j| match j {
+        j if j < PAIR => filter.at(x, states[j]),
+        j => filter.cross[x * CELLS + cells[j - PAIR]],
+    });
+    let of_y = DMatrix::from_fn(size, size, |i, j| match (i.min(j), i.max(j)) {
+        (i, j) if i < PAIR => with_y[(states[i], j)],
+        (i, j) => f64::from(u8::from(i == j)) * filter.height_variance(),
+    });
+    let inverse = (DMatrix::identity(size, size) + &information * of_y).try_inverse().unwrap();
+    let gain = &with_y * inverse;
+    let covariance = DMatrix::from_fn(STATES, STATES, |i, j| filter.at(i, j));
+    let with_heights = DMatrix::from_row_slice(STATES, CELLS, &filter.cross);
+    let of_heights = DMatrix::from_fn(size, CELLS, |i, cell| match i {
+        i if i < PAIR => filter.cross[states[i] * CELLS + cell],
+        i => f64::from(u8::from(cells[i - PAIR] == cell)) * filter.height_variance(),
+    });
+    let expected = covariance - &gain * &information * with_y.transpose();
+    let expected_heights = with_heights - &gain * &information * of_heights;
+    let moved = &gain * vector;
+
+    filter.fill_system(&states);
+    let change = filter.solve_change().unwrap();
+    let before = filter.pose.position;
+    filter.apply(&states).unwrap();
+    let near = |found: f64, expected: f64, scale: f64| (found - expected).abs() <= 1e-7 * scale;
+    for axis in 0..3 {
+        assert!(near(change[axis], moved[axis], 1.0), "{change:?} {moved}");
+        assert!(near(filter.pose.position[axis] - before[axis], moved[axis], 1.0));
+    }
+    let (largest, largest_height) = (expected.amax(), expected_heights.amax());
+    for i in 0..STATES {
+        (0..STATES).for_each(|j| assert!(near(filter.at(i, j), expected[(i, j)], largest), "{i} {j}"));
+        for cell in 0..CELLS {
+            assert!(near(filter.cross[i * CELLS + cell], expected_heights[(i, cell)], largest_height), "{i} {cell}");
+        }
+    }
+}
+
+#[test]
+fn the_prediction_follows_force_and_rates() {
+    let mut filter = started();
+    let push = Step { rates: Vector3::z() * 0.5, force: Vector3::new(0.0, 0.0, -GRAVITY - 2.0), seconds: 0.005 };
+    filter.predict(std::iter::repeat_n(push, 200), &SENSORS);
+    // A second of 2 m/s^2 upwards: 1 m.
+    assert!((filter.pose.position - Vector3::new(0.0, 0.0, -51.0)).norm() < 1e-9, "{}", filter.pose.position);
+    assert!((filter.pose.rotation - exponential(&(Vector3::z() * 0.5))).norm() < 1e-9);
+    assert!((logarithm(&filter.pose.rotation) - Vector3::z() * 0.5).norm() < 1e-9);
+}
+
+/// The first frame of a flight has no sample before it.
+#[test]
+fn a_keyframe_takes_its_rates_from_the_samples_before_or_after_it() {
+    let turn = |rate: f64| Step { rates: Vector3::x() * rate, force: -Vector3::z() * GRAVITY, seconds: 0.005 };
+    let mut filter = Filter::new();
+    filter.predict(std::iter::empty(), &SENSORS);
+    filter.restart(50.0, &Attitude::default(), &SENSORS, 46.0, false);
+    filter.clone_pose(0);
+    filter.predict([turn(0.1), turn(0.2)].into_iter(), &SENSORS);
+    filter.clone_pose(1);
+    filter.predict([turn(0.3)].into_iter(), &SENSORS);
+    let rates = [0, 1].map(|k| filter.keyframes[k].unwrap().rates.x);
+    assert_eq!(rates, [0.1, 0.2]);
+    filter.predict_free(0.1);
+    filter.clone_pose(1);
+    filter.predict_free(0.1);
+    filter.predict([turn(0.3)].into_iter(), &SENSORS);
+    assert_eq!(filter.keyframes[1].unwrap().rates.x, 0.0);
+}
+
+/// Central differences agree with the derivatives of a projection.
+#[test]
+fn derivatives_are_those_of_the_projection() {
+    let camera = camera();
+    let zoomed = Camera::with_field_of_view(1024, 768, 0.8).unwrap();
+    let moving = |position: Vector3<f64>, turned: Vector3<f64>, velocity: Vector3<f64>| MovingCamera {
+        pose: CameraPose { position, rotation: exponential(&turned) },
+        velocity,
+        rates: Vector3::new(0.05, -0.03, 0.04) * velocity.x,
+    };
+    let state = PairState {
+        then: moving(Vector3::new(1.0, 2.0, -50.0), Vector3::new(0.02, 0.03, 0.4), Vector3::new(1.0, 2.0, 0.5)),
+        now: moving(Vector3::new(3.0, 1.0, -48.0), Vector3::new(-0.03, 0.01, 0.5), Vector3::new(-2.0, 1.0, 0.3)),
+        errors: CameraErrors { distortion: -0.09, readout_s: 0.005, focal: 0.02 },
+        slope: Vector2::new(0.05, -0.1),
+    };
+    let pixel = Vector2::new(300.0, 600.0);
+    let at = |change: &[f64; PAIR]| state.moved(change).project([&camera, &zoomed], &pixel).unwrap();
+    let exact = at(&[0.0; PAIR]).by_pair();
+    for i in 0..PAIR {
+        let [plus, minus] = [1e-5, -1e-5].map(|h| {
+            let mut change = [0.0; PAIR];
+            change[i] = h;
+            at(&change).image
+        });
+        let numeric = (plus - minus) / 2e-5;
+        let found = exact.column(i).into_owned();
+        // The row at which the time is taken is not differentiated: 1e-3 here.
+        assert!((numeric - found).norm() < 2e-3 * (1.0 + numeric.norm()), "{i}: {numeric} {found}");
+    }
+}
+
+/// A pixel that the lens has moved comes back, and the sign of `k1` is that of pincushion.
+#[test]
+fn the_lens_is_inverted() {
+    for distortion in [-0.09, 0.05] {
+        let errors = CameraErrors { distortion, ..CameraErrors::default() };
+        let straight = Vector2::new(0.46, -0.35);
+        let seen = errors.distorted(&straight).0;
+        assert!((seen.norm() > straight.norm()) == (distortion > 0.0));
+        assert!((errors.straight(&seen) - straight).norm() < 1e-6, "{distortion}");
+    }
+}
+
+/// Where the camera moves, its errors show, and their standard errors include what is left.
+#[test]
+fn the_errors_of_the_camera_are_estimated() {
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let mut filter = started();
+    let errors = CameraErrors { distortion: -0.08, ..CameraErrors::default() };
+    for frame in 0..120 {
+        let place = Vector3::new(0.05 * f64::from(frame), 0.03 * f64::from(frame), 0.0);
+        filter.predict(hovering(0.065), &SENSORS);
+        filter.update_attitude(&Attitude::default(), &SENSORS);
+        let mut seen = sightings(&filter, place, errors, &mut rng);
+        filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50).unwrap();
+    }
+    let sigma = filter.at(CAMERA, CAMERA).sqrt();
+    let error = filter.errors.distortion - errors.distortion;
+    assert!(sigma < 0.5 * CAMERA_SIGMAS[0] && error.abs() < 3.0 * sigma, "{error} {sigma}");
+    let before = filter.errors.distortion;
+    filter.restart(50.0, &Attitude::default(), &SENSORS, 46.0, false);
+    assert_eq!((filter.errors.distortion, filter.at(CAMERA, CAMERA).sqrt()), (before, sigma));
+    filter.errors.distortion = f64::NAN;
+    filter.restart(50.0, &Attitude::default(), &SENSORS, 46.0, true);
+    assert!(filter.is_sound() && filter.at(CAMERA, CAMERA).sqrt() == CAMERA_SIGMAS[0]);
+}
+
+/// A climb over a slope looks like a motion across it.
+#[test]
+fn a_climb_over_a_slope_does_not_mislead() {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let mut filter = started();
+    let (slope, mut place) = (Vector2::new(0.2, -0.1), Vector3::zeros());
+    for _ in 0..60 {
+        place.z -= 0.05;
+        filter.predict(hovering(0.065), &SENSORS);
+        filter.update_attitude(&Attitude::default(), &SENSORS);
+        let believed = std::mem::replace(&mut filter.slope, slope);
+        let mut seen = sightings(&filter, place, CameraErrors::default(), &mut rng);
+        filter.slope = believed;
+        filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50).unwrap();
+    }
+    let (moved, covariance) = filter.displacement(0).unwrap();
+    for axis in 0..2 {
+        let (error, sigma) = (moved[axis], covariance[(axis, axis)].sqrt());
+        assert!(error.abs() < 3.0 * sigma && error.abs() < 0.1, "{error} {sigma}");
+        let (error, sigma) = (filter.slope[axis] - slope[axis], filter.at(SLOPE + axis, SLOPE + axis).sqrt());
+        assert!(error.abs() < 3.0 * sigma && sigma < 0.9 * SLOPE_SIGMA, "{error} {sigma}");
+    }
+}
+
+/// Without samples of the IMU camera and ground are taken as better known, until samples come again.
+#[test]
+fn without_samples_the_camera_is_calibrated_and_the_ground_is_flat() {
+    let mut rng = ChaCha8Rng::seed_from_u64(4);
+    let mut filter = started();
+    let place = Vector3::new(4.0, 0.0, 0.0);
+    filter.predict_free(0.066);
+    assert!((filter.at(CAMERA, CAMERA).sqrt() - FREE_DISTORTION_SIGMA).abs() < 1e-12);
+    assert_eq!(filter.height_sigma, 50.0 * FREE_HEIGHT_SIGMA);
+    let mut seen = sightings(&filter, place, CameraErrors::default(), &mut rng);
+    assert!(filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50).unwrap().is_applied);
+    let (known, moved) = (filter.at(CAMERA, CAMERA), filter.displacement(0).unwrap().1[(0, 0)]);
+    let correlation = filter.cross.iter().map(|value| value.abs()).fold(0.0, f64::max);
+    filter.predict(hovering(0.005), &SENSORS);
+    let withheld = CAMERA_SIGMAS[0].powi(2) - FREE_DISTORTION_SIGMA.powi(2);
+    assert!((filter.at(CAMERA, CAMERA) - known - withheld).abs() < 1e-12);
+    assert_eq!(filter.height_sigma, MAX_HEIGHT_SIGMA_M);
+    filter.predict_free(1e-6);
+    let reduced = filter.cross.iter().map(|value| value.abs()).fold(0.0, f64::max);
+    assert!((reduced / correlation - FREE_HEIGHT_SIGMA / HEIGHT_SIGMA).abs() < 1e-3, "{reduced} {correlation}");
+    assert!(filter.at(CAMERA, CAMERA).sqrt() < FREE_DISTORTION_SIGMA + 1e-12 && filter.is_sound());
+    assert!(filter.displacement(0).unwrap().1[(0, 0)] >= moved);
+}
+
+/// The first sightings of a hover have independent errors, of which a sixteenth counts: the squared error is well
+/// below its covariance. Readings have their stated errors.
+#[test]
+fn the_covariance_includes_the_error() {
+    let (mut sum, runs) = (0.0, 40);
+    for seed in 0..runs {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut filter = started();
+        let mut tilt = || SENSORS.tilt * normal(&mut rng);
+        let reading = Attitude { roll: tilt(), pitch: tilt(), yaw: 0.0 };
+        filter.restart(50.0, &reading, &SENSORS, 46.0, false);
+        filter.clone_pose(0);
+        let place = Vector3::new(0.3, -0.2, 0.1);
+        for _ in 0..10 {
+            filter.predict_free(0.066);
+            filter.update_attitude(&reading, &SENSORS);
+            let mut seen = sightings(&filter, place, CameraErrors::default(), &mut rng);
+            assert!(filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50).unwrap().is_applied);
+        }
+        let (found, covariance) = filter.displacement(0).unwrap();
+        let error = (found - place).xy();
+        let covariance = covariance.fixed_view::<2, 2>(0, 0).into_owned();
+        sum += error.dot(&(covariance.try_inverse().unwrap() * error));
+        assert!(error.norm() < 0.15, "{error}");
+    }
+    let nees = sum / runs as f64;
+    assert!((0.01..4.0).contains(&nees), "{nees}");
+}
+
+/// What a helicopter cannot do in a fifteenth of a second is not accepted, and coasting widens what is.
+#[test]
+fn an_impossible_jump_is_refused_and_coasting_grows_the_covariance() {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let mut filter = started();
+    for _ in 0..15 {
+        filter.predict(hovering(0.065), &SENSORS);
+        let mut seen = sightings(&filter, Vector3::zeros(), CameraErrors::default(), &mut rng);
+        assert!(filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50).unwrap().is_applied);
+    }
+    let sigma = |filter: &Filter| filter.displacement(0).unwrap().1[(0, 0)].sqrt();
+    let before = (filter.pose, sigma(&filter));
+    let mut seen = sightings(&filter, Vector3::new(1.0, 0.0, 0.0), CameraErrors::default(), &mut rng);
+    let jump = filter.update_sightings(0, [&camera(), &camera()], &mut seen, 8).unwrap();
+    assert!(!jump.is_applied && filter.pose == before.0, "{jump:?}");
+    filter.predict(hovering(2.0), &SENSORS);
+    assert!(sigma(&filter) > 2.0 * before.1, "{} {}", sigma(&filter), before.1);
+}
+
+/// With considered heights, frames from one place 2 m aside never bring the error below that of the heights.
+#[test]
+fn heights_do_not_average_out() {
+    let mut rng = ChaCha8Rng::seed_from_u64(2);
+    let mut filter = started();
+    let place = Vector3::new(2.0, 0.0, 0.0);
+    let mut sigmas = Vec::new();
+    for _ in 0..60 {
+        filter.predict_free(0.066);
+        filter.update_attitude(&Attitude::default(), &SENSORS);
+        let mut seen = sightings(&filter, place, CameraErrors::default(), &mut rng);
+        filter.update_sightings(0, [&camera(), &camera()], &mut seen, 8).unwrap();
+        sigmas.push(filter.displacement(0).unwrap().1[(0, 0)].sqrt());
+    }
+    // 10 m in each of about 48 cells, at 2 m from 50 m.
+    let of_heights = 2.0 / 50.0 * MAX_HEIGHT_SIGMA_M / 48f64.sqrt();
+    assert!(sigmas[59] > 0.5 * of_heights && filter.is_sound(), "{} {of_heights}", sigmas[59]);
+}
