@@ -1,9 +1,10 @@
 //! `hoverlock doctor`: the tools that are installed or missing, and how to get them.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, bail};
+use hoverlock_formal::engine::find_program;
 use serde::Serialize;
 
 use crate::Verdict;
@@ -12,12 +13,26 @@ use crate::output::{print, print_json};
 /// The list from which the bootstrap installs, one tool per line: `package | command | version | needed for`.
 const TOOLS: &str = include_str!("../../setup/tools.txt");
 
+/// Programs that only some verbs need: name, need, how to get it.
+const PROGRAMS: [(&str, &str, &str); 3] = [
+    ("yices-smt2", "formal", "setup/bootstrap.sh"),
+    ("qemu-arm", "--estimator arm", "make arm"),
+    ("iverilog", "make bench-harness", "apt-get install iverilog"),
+];
+
+/// Python modules that only some verbs need: name, need, how to get it.
+const MODULES: [(&str, &str, &str); 3] = [
+    ("hoverlock", "Python benches", ".venv/bin/pip install ./harness/python"),
+    ("hoverlock_models", "models in Python, sweep --dask", ".venv/bin/pip install ./python"),
+    ("distributed", "sweep --dask", "setup/bootstrap.sh"),
+];
+
 /// List the tools that are installed or missing, and how to get them.
 ///
 /// Example: hoverlock doctor --json
 #[derive(clap::Args)]
 pub struct Args {
-    /// One JSON object on stdout: ok, tools[] of name, found, version, wanted, needed_for, get
+    /// One JSON object on stdout: ok, tools[] of name, found, optional, version, wanted, needed_for, get
     #[arg(long)]
     json: bool,
 }
@@ -34,6 +49,8 @@ struct Tool {
     name: String,
     /// It is installed in the required version.
     found: bool,
+    /// Only some verbs need it; without it the status is 0.
+    optional: bool,
     /// Its version, or its path; `None` if it is missing.
     version: Option<String>,
     /// Required version prefix, or `None` if any version works.
@@ -49,7 +66,10 @@ pub fn run(args: &Args) -> Result<Verdict> {
         .map(inspect)
         .collect::<Result<Vec<_>>>()?;
     tools.push(pictures());
-    let report = Report { ok: tools.iter().all(|tool| tool.found), tools };
+    tools.extend(PROGRAMS.map(|(name, needed_for, get)| optional(name, find_program(name), needed_for, get)));
+    tools.push(optional("hoverlock-nav", hoverlock_cosim::chain::arm_binary().ok(), "--estimator arm", "make arm"));
+    tools.extend(MODULES.map(|(name, needed_for, get)| optional(name, python_module(name), needed_for, get)));
+    let report = Report { ok: tools.iter().all(|tool| tool.found || tool.optional), tools };
     if args.json {
         print_json(&report)?;
     } else {
@@ -68,6 +88,7 @@ fn inspect(line: &str) -> Result<Tool> {
     Ok(Tool {
         name: if command.starts_with('/') { package } else { command }.to_owned(),
         found: version.as_deref().is_some_and(fits),
+        optional: false,
         get: match (&version, &wanted) {
             (Some(_), Some(wanted)) => format!("Debian 12's {package} is {wanted}: apt-get install {package}"),
             _ => format!("apt-get install {package}"),
@@ -102,11 +123,34 @@ fn pictures() -> Tool {
     Tool {
         name: "opencv-doc pictures".to_owned(),
         found: folder.is_some(),
+        optional: false,
         version: folder.map(|folder| folder.display().to_string()),
         wanted: None,
         needed_for: "make demo".to_owned(),
         get: "setup/bootstrap.sh".to_owned(),
     }
+}
+
+/// Describes what only some verbs need.
+fn optional(name: &str, path: Option<PathBuf>, needed_for: &str, get: &str) -> Tool {
+    Tool {
+        name: name.to_owned(),
+        found: path.is_some(),
+        optional: true,
+        version: path.map(|path| path.display().to_string()),
+        wanted: None,
+        needed_for: needed_for.to_owned(),
+        get: get.to_owned(),
+    }
+}
+
+/// Returns the file of a Python module in the project's environment, or in that of the PATH.
+fn python_module(name: &str) -> Option<PathBuf> {
+    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("../.venv/bin/python");
+    let python = if own.is_file() { own } else { find_program("python3")? };
+    let output = Command::new(python).args(["-c", &format!("import {name}; print({name}.__file__)")]).output().ok()?;
+    let file = String::from_utf8_lossy(&output.stdout).trim().to_owned();
+    (output.status.success() && !file.is_empty()).then(|| file.into())
 }
 
 fn table(report: &Report) -> String {
@@ -115,6 +159,7 @@ fn table(report: &Report) -> String {
         let state = match (&tool.version, tool.found) {
             (Some(version), true) => format!("ok       {version}"),
             (Some(version), false) => format!("version  {version}; for {}: {}", tool.needed_for, tool.get),
+            (None, _) if tool.optional => format!("optional needed for {}: {}", tool.needed_for, tool.get),
             (None, _) => format!("missing  needed for {}: {}", tool.needed_for, tool.get),
         };
         text += &format!("{:<20} {state}\n", tool.name);
@@ -141,6 +186,15 @@ mod tests {
         assert!(!wrong.found && wrong.version.is_some());
         assert!(inspect("coreutils | ls | - | tests").unwrap().found);
         assert!(inspect("two | fields").is_err());
+    }
+
+    #[test]
+    fn what_some_verbs_need_is_optional() {
+        let missing = optional("no-such-program", find_program("no-such-program"), "tests", "nowhere");
+        assert!(missing.optional && !missing.found);
+        let text = table(&Report { ok: true, tools: vec![missing] });
+        assert!(text.contains("optional needed for tests: nowhere"), "{text}");
+        assert!(python_module("no_such_module_anywhere").is_none());
     }
 
     #[test]

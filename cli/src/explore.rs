@@ -55,7 +55,7 @@ pub struct Args {
     #[arg(long, value_name = "S", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     budget: Option<u64>,
     #[command(flatten)]
-    mission: mission::Args,
+    mission: mission::MissionArgs,
     /// The folder to write into
     #[arg(long, value_name = "DIR", default_value = "out/explore")]
     out: PathBuf,

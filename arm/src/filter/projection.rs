@@ -73,7 +73,7 @@ pub(super) struct PairState {
 }
 
 impl PairState {
-    /// Returns the state changed by errors in the order of [`pair_states`].
+    /// Returns the state changed by errors in the order of [`super::pair_states`].
     pub(super) fn moved(&self, change: &[f64; PAIR]) -> Self {
         let three = |first: usize| Vector3::new(change[first], change[first + 1], change[first + 2]);
         let mut other = *self;
@@ -102,7 +102,7 @@ pub(super) struct Projection {
 }
 
 impl Projection {
-    /// Returns the derivatives in the order of [`pair_states`].
+    /// Returns the derivatives in the order of [`super::pair_states`].
     pub(super) fn by_pair(&self) -> SMatrix<f64, 2, PAIR> {
         let mut by = SMatrix::<f64, 2, PAIR>::zeros();
         for (part, block) in self.by_pose.iter().chain([&self.by_camera]).enumerate() {

@@ -33,7 +33,7 @@ use crate::progress::{LogLines, bar};
 
 /// The arguments of a search by flights.
 #[derive(clap::Args)]
-pub struct Args {
+pub struct MissionArgs {
     /// Largest rms distance from the target of each flight, cm; for --objective hover
     #[arg(long, value_name = "CM", value_parser = between(0.1, 1000.0))]
     budget_cm: Option<f64>,
@@ -51,7 +51,7 @@ pub struct Args {
     seconds: Option<f64>,
 }
 
-impl Args {
+impl MissionArgs {
     /// Refuses these arguments for an objective that flies nothing.
     pub fn refuse(&self) -> Result<()> {
         let given = [

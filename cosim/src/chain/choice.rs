@@ -5,7 +5,7 @@ use std::fmt::{self, Display, Formatter};
 use serde::{Deserialize, Serialize};
 
 use super::ChainError;
-use super::flight_program::find_binary;
+use super::flight_program::arm_binary;
 
 /// The source of the features.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -68,7 +68,7 @@ impl FlightProgram {
     /// # Errors
     /// The ARM binary does not exist.
     pub fn check_installed(self) -> Result<(), ChainError> {
-        (self == Self::Arm).then(find_binary).transpose().map(|_| ())
+        (self == Self::Arm).then(arm_binary).transpose().map(|_| ())
     }
 
     /// Returns the name and a description for a page.

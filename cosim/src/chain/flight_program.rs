@@ -67,7 +67,7 @@ pub(super) struct Arm {
 impl Arm {
     /// Starts the ARM binary under qemu-arm.
     pub(super) fn start() -> Result<Self, ChainError> {
-        let binary = find_binary()?;
+        let binary = arm_binary()?;
         let child = Command::new("qemu-arm")
             .args(["-cpu", "cortex-a9"])
             .arg(&binary)
@@ -131,7 +131,10 @@ impl Drop for Arm {
 
 /// Returns the ARM binary: the one that the environment names, or that of `make arm` in the target folder of the
 /// running program or of the current folder.
-pub(super) fn find_binary() -> Result<PathBuf, ChainError> {
+///
+/// # Errors
+/// There is none, or not the one that the environment names.
+pub fn arm_binary() -> Result<PathBuf, ChainError> {
     if let Some(named) = std::env::var_os(NAV_VARIABLE).map(PathBuf::from) {
         return if named.is_file() { Ok(named) } else { Err(ChainError::NamedBinaryMissing(named)) };
     }

@@ -22,6 +22,7 @@ use hoverlock_rtl::registers::registers;
 pub use choice::{FeatureSource, FlightProgram};
 pub use error::ChainError;
 use extractor::Extractor;
+pub use flight_program::arm_binary;
 use flight_program::{Arm, Host};
 pub use float::{FloatFeatures, float_features};
 pub use line::FlightLine;
