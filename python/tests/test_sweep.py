@@ -18,7 +18,9 @@ def command() -> str:
     """The built command, the optimised one first."""
     target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
     built = [target / profile / "hoverlock" for profile in ("release", "debug")]
-    found = next((str(path) for path in built if path.exists()), None) or shutil.which("hoverlock")
+    # The newest: the module was built from the same sources.
+    newest = max((path for path in built if path.exists()), key=lambda path: path.stat().st_mtime, default=None)
+    found = str(newest) if newest else shutil.which("hoverlock")
     if found is None:
         pytest.skip("the command hoverlock is not built")
     return found
