@@ -15,7 +15,7 @@ distributed = pytest.importorskip("distributed", reason="the extra `dask` is not
 
 
 def command() -> str:
-    """The built command, the optimised one first."""
+    """The newest build of the command."""
     target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
     built = [target / profile / "hoverlock" for profile in ("release", "debug")]
     # The newest: the module was built from the same sources.
