@@ -23,6 +23,11 @@ const SIGHTING_WORK: usize = 40;
 const ITERATION_WORK: usize = 40_000;
 /// Scale of the Geman-McClure loss, in chi squared of two degrees of freedom.
 const LOSS_CHI2: f64 = 4.0;
+/// Ratio of the scales in successive iterations without samples of the IMU (graduated non-convexity, Blake and
+/// Zisserman 1987): far from the prediction the smallest scale keeps the first local minimum.
+const LOSS_SCALE_RATIO: f64 = 2.0;
+/// Iterations with the smallest scale at the end.
+const FINE_ITERATIONS: usize = 2;
 
 /// Chi squared (two degrees of freedom) up to which a sighting is an inlier; noise exceeds it once in 90.
 const MAX_INLIER_CHI2: f64 = 9.0;
@@ -152,19 +157,26 @@ impl Filter {
         let states = pair_states(k);
         for iteration in 0..self.iterations() {
             let chosen = sightings.len().div_ceil(ITERATED_SIGHTINGS).max(1);
-            self.linearise(&prior.moved(&change), cameras, sightings, chosen, &change, iteration > 0)?;
+            let loss_scale = (iteration > 0).then(|| self.loss_scale(iteration));
+            self.linearise(&prior.moved(&change), cameras, sightings, chosen, &change, loss_scale)?;
             self.fill_system(&states);
             change = self.solve_change()?;
         }
         let innovation = self.innovation(k, &change)?;
         // The residuals at the solution.
-        self.linearise(&prior.moved(&change), cameras, sightings, 1, &change, true)?;
+        self.linearise(&prior.moved(&change), cameras, sightings, 1, &change, Some(LOSS_CHI2))?;
         let inliers = sightings.iter().filter(|sighting| sighting.is_inlier()).count();
         let is_applied = innovation <= MAX_INNOVATION_CHI2 && inliers >= min_inliers;
         if is_applied {
             self.apply(&states)?;
         }
         Some(Fitted { innovation, inliers, is_applied })
+    }
+
+    /// Returns the scale of the loss in an iteration.
+    fn loss_scale(&self, iteration: usize) -> f64 {
+        let coarse = self.iterations().saturating_sub(FINE_ITERATIONS + iteration);
+        if self.is_free { LOSS_CHI2 * LOSS_SCALE_RATIO.powi(coarse as i32) } else { LOSS_CHI2 }
     }
 
     /// Returns chi squared of a change of the relative pose.
@@ -181,7 +193,7 @@ impl Filter {
     }
 
     /// Fills information matrix and vector at a state that differs from the prediction by `change`, from one of
-    /// `chosen` sightings with as many times the weight.
+    /// `chosen` sightings with as many times the weight. Without a scale of the loss all residuals count alike.
     pub(super) fn linearise(
         &mut self,
         state: &PairState,
@@ -189,7 +201,7 @@ impl Filter {
         sightings: &mut [Sighting],
         chosen: usize,
         change: &[f64; PAIR],
-        weighted: bool,
+        loss_scale: Option<f64>,
     ) -> Option<()> {
         for cell in self.scratch.cells.drain(..) {
             self.scratch.place[cell] = usize::MAX;
@@ -216,8 +228,8 @@ impl Filter {
             else {
                 continue;
             };
-            let loss = LOSS_CHI2 / (LOSS_CHI2 + chi2);
-            let weight = inverse * (share * if weighted { loss * loss } else { 1.0 });
+            let loss = loss_scale.map_or(1.0, |scale| scale / (scale + chi2));
+            let weight = inverse * (share * loss * loss);
             let cell = self.cell(&seen.point);
             let Scratch { cells, place, poses, coupling, heights, pose_vector, height_vector, .. } = &mut self.scratch;
             if place[cell] == usize::MAX {

@@ -82,7 +82,7 @@ fn eliminated_heights_give_the_dense_update() {
     filter.predict(hovering(0.1), &SENSORS);
     let mut seen = sightings(&filter, Vector3::new(1.0, 0.5, -0.5), CameraErrors::default(), &mut rng);
     let (prior, states) = (filter.pair_state(0).unwrap(), pair_states(0));
-    filter.linearise(&prior, [&camera, &camera], &mut seen, 1, &[0.0; PAIR], false).unwrap();
+    filter.linearise(&prior, [&camera, &camera], &mut seen, 1, &[0.0; PAIR], None).unwrap();
 
     let Scratch { cells, poses, coupling, heights, pose_vector, height_vector, .. } = &filter.scratch;
     let size = PAIR + cells.len();
