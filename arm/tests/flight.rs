@@ -358,7 +358,7 @@ fn every_frame_without_an_estimate_has_its_reason() {
         "error bits 0x0002",
         "feature 7 lies outside",
         "without their trailer",
-        "landmarks agree",
+        "pictures and sensors disagree",
     ]) {
         assert!(text.contains(part), "{text:?} does not say {part:?}");
     }
