@@ -37,6 +37,8 @@ module csr_properties (input clock);
   (* hierconn *) wire \dut.status_short_frame ;
   (* hierconn *) wire \dut.status_frame ;
 
+  (* hierconn *) wire [31:0] \dut.emission_hash ;
+
   localparam VERSION = 6'd1, HASH = 6'd2, THRESHOLD_NOW = 6'd8, FRAMES = 6'd9, FEATURES = 6'd10, DROPPED = 6'd11;
   localparam CONTROL = 6'd3, STATUS = 6'd4, SIZE = 6'd5, THRESHOLD = 6'd6, TARGET = 6'd7, COMMIT = 6'd12, RECORD_LIMIT = 6'd15;
   localparam FIRST_COEFFICIENT = 6'd16, LAST_COEFFICIENT = 6'd34;
@@ -49,13 +51,51 @@ module csr_properties (input clock);
 
   // Contents of the register, as the outputs show them.
   wire [5:0] index = followed - FIRST_COEFFICIENT;
-  wire [15:0] in_bank = bank[index * 16 +: 16];
+  reg [15:0] in_bank;
+  integer at;
+  always @(*) begin
+    in_bank = 16'd0;
+    for (at = 0; at < 19; at = at + 1)
+      if (index == at) in_bank = bank[at * 16 +: 16];
+  end
   wire [31:0] held = coefficient ? {16'd0, in_bank}
     : followed == CONTROL ? {28'd0, \dut.control_interrupt_error , \dut.control_interrupt_frame , bank[352] , enable}
     : followed == SIZE ? {4'd0, \dut.size_height , 5'd0, \dut.size_width }
     : followed == THRESHOLD ? {bank[335:304]}
     : followed == RECORD_LIMIT ? {16'd0, bank[383:368]}
     : {16'd0, bank[351:336]};
+
+  // Values after a reset, by the register map.
+  function [31:0] after_reset(input [5:0] register);
+    case (register)
+      SIZE: after_reset = {16'd768, 16'd1024};
+      THRESHOLD: after_reset = {16'd2048, 16'd2048};
+      TARGET: after_reset = 32'd512;
+      RECORD_LIMIT: after_reset = 32'd2046;
+      6'd16: after_reset = 32'd24536;
+      6'd17: after_reset = 32'd40315;
+      6'd18: after_reset = 32'd47101;
+      6'd19: after_reset = 32'd56830;
+      6'd20: after_reset = 32'd64033;
+      6'd21: after_reset = 32'd65500;
+      6'd22: after_reset = 32'd17102;
+      6'd23: after_reset = 32'd37685;
+      6'd24: after_reset = 32'd42386;
+      6'd25: after_reset = 32'd50478;
+      6'd26: after_reset = 32'd60180;
+      6'd27: after_reset = 32'd65021;
+      6'd28: after_reset = 32'd11450;
+      6'd29: after_reset = 32'd35905;
+      6'd30: after_reset = 32'd38984;
+      6'd31: after_reset = 32'd44768;
+      6'd32: after_reset = 32'd53931;
+      6'd33: after_reset = 32'd62636;
+      6'd34: after_reset = 32'd65396;
+      default: after_reset = 32'd0;
+    endcase
+  endfunction
+  // Not written since a reset.
+  reg untouched = 0;
 
   // The bus: read data one clock after `read`, no wait states.
   reg running = 0;
@@ -90,6 +130,7 @@ module csr_properties (input clock);
   // Registers that software cannot write.
   reg [31:0] read_only;
   reg is_read_only;
+  reg [31:0] was_readdata;
   reg [10:0] was_width;
   reg [11:0] was_height;
   reg was_committed, clear_wanted;
@@ -99,7 +140,9 @@ module csr_properties (input clock);
   always @(posedge clock) begin
     running <= 1;
     was_reset <= reset;
+    untouched <= reset || (untouched && !(write && address == followed));
     was_read <= read & ~reset;
+    was_readdata <= readdata;
     was_set <= set;
     was_quiet <= !write && !reset;
     was_width <= width;
@@ -116,10 +159,12 @@ module csr_properties (input clock);
       last_dropped <= dropped;
     end
     if (read) begin
-      is_read_only <= !(address >= CONTROL && address <= TARGET && address != STATUS) && address != HASH
+      is_read_only <= !(address >= CONTROL && address <= TARGET && address != STATUS)
         && address != RECORD_LIMIT && !(address >= FIRST_COEFFICIENT && address <= LAST_COEFFICIENT);
       case (address)
         6'd0: read_only <= "HLCK";
+        // The hash of the emitted text is whatever it is.
+        HASH: read_only <= \dut.emission_hash ;
         VERSION: read_only <= 32'h20001;
         STATUS: read_only <= {busy, 23'd0, status};
         THRESHOLD_NOW: read_only <= {1'b0, threshold_1, 1'b0, threshold_0};
@@ -147,6 +192,7 @@ module csr_properties (input clock);
     assume (writable);
     if (running) begin
       holds: assert (!known || held == (value & bits));
+      as_reset: assert (!untouched || held == after_reset(followed));
       // Invariant of the bus rules: at most one read is outstanding, and it is answered in this clock.
       one_read: assert (outstanding == {7'd0, was_read} && (!asked || (was_read && ahead == 8'd0 && readdata == wanted)));
       reads_change_nothing: assert (!was_quiet || set == was_set);
@@ -156,6 +202,7 @@ module csr_properties (input clock);
       with_commit: assert (clear || (width == was_width && height == was_height) || committed != was_committed);
       cleared: assert (clear == clear_wanted);
       unused_bits: assert (bank[367:353] == 15'd0 && !bank[335] && !bank[319]);
+      held_between_reads: assert (was_read || was_reset || readdata == was_readdata);
       by_hardware: assert (!was_read || !is_read_only || readdata == read_only);
       counts: assert (last_count == \dut.features_count && last_dropped == \dut.dropped_count );
       status_bits: assert (status == status_wanted);

@@ -261,6 +261,7 @@ module sequencer_properties (input clock);
       pixel_held: assert (was_reset || was_new || pixel == was_data);
       // Rules for the drain.
       drains_96_lines: assert (!\dut.drained || !ever || since == frames_lines);
+      nothing_to_drain: assert (!\dut.drained || \dut.drain == 17'd0);
       draining: assert (\dut.drained || (ever && \dut.drain != 17'd0 && since + {1'b0, \dut.drain } == frames_lines));
       drain_reported: assert (busy == !\dut.drained );
       begin_frame: cover (\dut.begins );

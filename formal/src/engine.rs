@@ -93,12 +93,8 @@ pub fn find_program(program: &str) -> Option<PathBuf> {
 pub fn build_model(claim: &Claim, sources: &[PathBuf], work: &Path) -> Result<PathBuf, EngineError> {
     let model = work.join("model.smt2");
     let products = if claim.cut_products { "cutpoint t:$mul\n" } else { "" };
-    let (boxes, cut) = match claim.cut.join(" ") {
-        none if none.is_empty() => (String::new(), String::new()),
-        names => (format!("blackbox {names}\n"), format!("cutpoint t:{}\n", names.replace(' ', " t:"))),
-    };
     let read = read_commands(claim, sources, work)?;
-    let script = format!("{read}{boxes}{}{products}{cut}{}", prepare_command(claim), write_commands(&model));
+    let script = format!("{read}{}{products}{}", prepare_command(claim), write_commands(&model));
     run_yosys(&script, work)?;
     Ok(model)
 }

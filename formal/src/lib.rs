@@ -11,6 +11,8 @@
 //! |---|---|
 //! | [`claim`] | a claim: statement, properties and parameters of the proof |
 //! | [`shipped`] | the claims about the emitted Verilog |
+//! | [`shape`] | the numbers of a design that claims depend on |
+//! | `wiring` | generates the claim about connections from a table |
 //! | `ring` | generates the claims about the ring points |
 //! | `library` | reusable properties of buses and streams |
 //! | [`prove`] | runs proofs, covers and mutants of a claim |
@@ -28,5 +30,7 @@ pub mod prove;
 mod replay;
 mod ring;
 pub mod rounding;
+pub mod shape;
 pub mod shipped;
 mod system;
+mod wiring;

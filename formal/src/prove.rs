@@ -223,7 +223,7 @@ fn run_with(claim: &Claim, task: Task, changed: Option<&FaultySource>, place: &P
     Ok(Outcome { name, status, pass, seconds, memory_mib, detail, trace: kept, replay, steps })
 }
 
-/// Returns the sources of a claim: the originals, or copies in `work` if they are observed, changed or golden.
+/// Returns the sources of a claim: the originals, or copies in `work` if they are observed, changed, cut or golden.
 pub(crate) fn prepare(
     claim: &Claim,
     changed: Option<&FaultySource>,
@@ -242,7 +242,8 @@ pub(crate) fn prepare(
         let changed = changed.filter(|changed| changed.file == *file);
         let observed: Vec<_> = claim.observe.iter().filter(|observe| observe.file == *file).collect();
         let golden = claim.golden.contains(file);
-        if changed.is_none() && observed.is_empty() && !golden {
+        let cut = file.strip_suffix(".v").is_some_and(|name| claim.cut.iter().any(|cut| cut == name));
+        if changed.is_none() && observed.is_empty() && !golden && !cut {
             paths.push(path);
             continue;
         }
@@ -256,9 +257,17 @@ pub(crate) fn prepare(
                 text.insert_str(end, &format!("{}\n", observe.text));
             }
         }
-        paths.push(put(file, &text)?);
+        paths.push(put(file, &if cut { without_contents(&text) } else { text })?);
     }
     Ok(paths)
+}
+
+/// Returns a module without its contents: its outputs may have any value in each step, and its inputs stay visible.
+fn without_contents(text: &str) -> String {
+    let mut head: String = text.lines().take_while(|line| *line != ");").map(|line| format!("{line}\n")).collect();
+    head = head.replace("output reg ", "output wire ");
+    // Yosys takes a module with nothing in it for a black box, which it does not flatten.
+    head + ");\nwire abstracted;\nendmodule\n"
 }
 
 /// Renames the modules of `files` in a source to `golden_NAME`; a file has the name of its module.

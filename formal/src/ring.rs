@@ -16,7 +16,7 @@ const POINTS: usize = 32;
 /// Lines and steps from the newest sample back to the centre of the ring.
 const CENTRE_DELAY: i64 = 16;
 /// Radius of the ring of each scale pair, pixels.
-const RADII: [f64; 2] = [12.0, 16.0];
+const RADII: [u32; 2] = [12, 16];
 /// Word length of a sample: sign and MaxDOG.
 const SAMPLE_BITS: usize = 16;
 /// Steps after which an address that started beyond its memory has wrapped.
@@ -29,11 +29,11 @@ pub fn claims() -> Vec<Claim> {
 
 /// Returns the rows of a ring, the one with the newest samples first. A row lists its points in ascending order, each
 /// as its delay in steps from the newest sample and its number.
-fn rows(scale: usize) -> Vec<Vec<(usize, usize)>> {
+pub(crate) fn ring_rows(radius: u32) -> Vec<Vec<(usize, usize)>> {
     let mut rows: BTreeMap<i64, Vec<(usize, usize)>> = BTreeMap::new();
     for point in 0..POINTS {
         let angle = 2.0 * PI * point as f64 / POINTS as f64;
-        let [dx, dy] = [angle.cos(), angle.sin()].map(|part| (RADII[scale] * part).round() as i64);
+        let [dx, dy] = [angle.cos(), angle.sin()].map(|part| (f64::from(radius) * part).round() as i64);
         rows.entry(CENTRE_DELAY - dy).or_default().push(((CENTRE_DELAY - dx) as usize, point));
     }
     rows.into_values()
@@ -64,7 +64,7 @@ impl Wrapper {
         let [signals, steps, properties, observe] = Default::default();
         let (addresses, inside) = Default::default();
         let mut wrapper = Self { scale, aligned, signals, steps, properties, observe, addresses, inside };
-        for (row, points) in rows(scale).iter().enumerate() {
+        for (row, points) in ring_rows(RADII[scale]).iter().enumerate() {
             wrapper.add_row(row, points);
         }
         wrapper
@@ -179,7 +179,7 @@ impl Wrapper {
         );
         // Not vacuous: a sample is followed and the ring holds data.
         self.properties += "    taken: cover (age_0 == 6'd1 && points != 512'd0);\n";
-        let (rows_top, points_top) = (SAMPLE_BITS * rows(self.scale).len() - 1, SAMPLE_BITS * POINTS - 1);
+        let (rows_top, points_top) = (SAMPLE_BITS * ring_rows(RADII[self.scale]).len() - 1, SAMPLE_BITS * POINTS - 1);
         let Self { signals, steps, properties, .. } = &self;
         let properties = format!(
             "// {name}: each point of the ring is the sample of its row with the delay of the point.

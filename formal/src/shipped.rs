@@ -2,6 +2,8 @@
 
 use crate::claim::{Claim, ClaimError};
 use crate::ring;
+use crate::shape::Shape;
+use crate::wiring;
 
 macro_rules! shipped {
     ($($name:literal),* $(,)?) => {
@@ -47,5 +49,5 @@ shipped![
 /// If a TOML file of `claims/` is invalid.
 pub fn claims() -> Result<Vec<Claim>, ClaimError> {
     let files = SHIPPED.iter().map(|(name, settings, properties)| Claim::parse(name, settings, properties));
-    files.chain(ring::claims().into_iter().map(Ok)).collect()
+    files.chain([Ok(wiring::claim(&Shape::kt27()))]).chain(ring::claims().into_iter().map(Ok)).collect()
 }
