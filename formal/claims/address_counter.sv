@@ -1,8 +1,8 @@
 // address_counter: the address is inside the frame's width for every sequence of widths, and its delayed copies are exact.
 module address_counter_properties (input clock);
   (* anyseq *) reg reset, advance;
-  (* anyseq *) reg [10:0] width;
-  wire [9:0] address, delayed_1, delayed_5;
+  (* anyseq *) reg [`W-1:0] width;
+  wire [`X-1:0] address, delayed_1, delayed_5;
   address_counter dut (
     .clock(clock), .reset(reset), .advance(advance), .width(width), .address(address), .delayed_1(delayed_1),
     .delayed_5(delayed_5)
@@ -10,12 +10,12 @@ module address_counter_properties (input clock);
 
   reg begun = 0;
   // Equal initial values make the covers quicker to reach.
-  reg always_64 = 1, always_1024 = 1;
-  reg [9:0] before;
+  reg always_64 = 1, always_widest = 1;
+  reg [`X-1:0] before;
   reg advanced, was_reset;
-  reg [10:0] width_before;
+  reg [`W-1:0] width_before;
   // The addresses of the last five steps, the newest lowest.
-  reg [49:0] history;
+  reg [5*`X-1:0] history;
   always @(posedge clock) begin
     begun <= 1;
     before <= address;
@@ -23,20 +23,20 @@ module address_counter_properties (input clock);
     was_reset <= reset;
     width_before <= width;
     always_64 <= always_64 && width == 11'd64 && advance && reset == !begun;
-    always_1024 <= always_1024 && width == 11'd1024 && advance && reset == !begun;
+    always_widest <= always_widest && width == `COLUMNS && advance && reset == !begun;
     if (reset)
-      history <= 50'd0;
+      history <= 0;
     else if (advance)
-      history <= {history[39:0], address};
+      history <= {history[4*`X-1:0], address};
   end
 
   always @(posedge clock) begin
-    assume (width >= 11'd64 && width <= 11'd1024);
+    assume (width >= 11'd64 && width <= `COLUMNS);
     if (!begun)
       assume (reset);
     else begin
       inside: assert ({1'b0, address} < width_before);
-      copies: assert (delayed_1 == history[9:0] && delayed_5 == history[49:40]);
+      copies: assert (delayed_1 == history[`X-1:0] && delayed_5 == history[4*`X +: `X]);
       whole: assert (\dut.delayed == history);
       if (was_reset)
         cleared: assert (address == 10'd0);
@@ -46,9 +46,9 @@ module address_counter_properties (input clock);
         waits: assert (address == before);
       else
         narrowed: assert (address == 10'd0);
-      narrower: cover (always_1024 && width == 11'd64 && address == 10'd65);
+      narrower: cover (always_widest && width == 11'd64 && address == 10'd65);
       returns: cover (always_64 && before == 10'd63 && address == 10'd0);
     end
   end
-  (* hierconn *) wire [49:0] \dut.delayed ;
+  (* hierconn *) wire [5*`X-1:0] \dut.delayed ;
 endmodule

@@ -1,32 +1,34 @@
 // column_maximum: its four outputs equal their definitions, three steps late.
 module column_maximum_properties (input clock);
   (* anyseq *) reg advance;
-  (* anyseq *) reg [14:0] newest;
-  (* anyseq *) reg [95:0] older;
-  wire [14:0] later, middle, earlier, five;
+  (* anyseq *) reg [`D-1:0] newest;
+  (* anyseq *) reg [6*`R-1:0] older;
+  wire [`D-1:0] later, middle, earlier, five;
   column_maximum dut (
     .clock(clock), .advance(advance), .newest(newest), .older(older),
     .later(later), .middle(middle), .earlier(earlier), .five(five)
   );
 
-  (* hierconn *) wire [14:0] \dut.m01 ;
-  (* hierconn *) wire [14:0] \dut.v2_1 ;
-  (* hierconn *) wire [14:0] \dut.v3_1 ;
-  (* hierconn *) wire [14:0] \dut.v4_1 ;
-  (* hierconn *) wire [14:0] \dut.m56 ;
-  (* hierconn *) wire [14:0] \dut.m34 ;
-  (* hierconn *) wire [14:0] \dut.m012 ;
-  (* hierconn *) wire [14:0] \dut.v3_2 ;
-  (* hierconn *) wire [14:0] \dut.m456 ;
-  (* hierconn *) wire [14:0] \dut.m34_2 ;
+  (* hierconn *) wire [`D-1:0] \dut.m01 ;
+  (* hierconn *) wire [`D-1:0] \dut.v2_1 ;
+  (* hierconn *) wire [`D-1:0] \dut.v3_1 ;
+  (* hierconn *) wire [`D-1:0] \dut.v4_1 ;
+  (* hierconn *) wire [`D-1:0] \dut.m56 ;
+  (* hierconn *) wire [`D-1:0] \dut.m34 ;
+  (* hierconn *) wire [`D-1:0] \dut.m012 ;
+  (* hierconn *) wire [`D-1:0] \dut.v3_2 ;
+  (* hierconn *) wire [`D-1:0] \dut.m456 ;
+  (* hierconn *) wire [`D-1:0] \dut.m34_2 ;
 
-  function [14:0] larger(input [14:0] a, input [14:0] b);
+  function [`D-1:0] larger(input [`D-1:0] a, input [`D-1:0] b);
     larger = a > b ? a : b;
   endfunction
 
   // Rows 0, the newest, to 6 as they came 1, 2 and 3 steps before.
-  wire [104:0] rows = {older[94:80], older[78:64], older[62:48], older[46:32], older[30:16], older[14:0], newest};
-  reg [104:0] r1, r2, r3;
+  wire [7*`D-1:0] rows = {
+    older[`R*5 +: `D], older[`R*4 +: `D], older[`R*3 +: `D], older[`R*2 +: `D], older[`R +: `D], older[`D-1:0], newest
+  };
+  reg [7*`D-1:0] r1, r2, r3;
   reg [2:0] filled = 0;
   always @(posedge clock)
     if (advance) begin
@@ -36,19 +38,19 @@ module column_maximum_properties (input clock);
 
   always @(posedge clock) begin
     if (filled[0]) step_1: assert (
-      \dut.m01 == larger(r1[14:0], r1[29:15]) && \dut.v2_1 == r1[44:30] && \dut.v3_1 == r1[59:45]
-      && \dut.v4_1 == r1[74:60] && \dut.m56 == larger(r1[89:75], r1[104:90]) && \dut.m34 == larger(r1[59:45], r1[74:60])
+      \dut.m01 == larger(r1[`D*0 +: `D], r1[`D*1 +: `D]) && \dut.v2_1 == r1[`D*2 +: `D] && \dut.v3_1 == r1[`D*3 +: `D]
+      && \dut.v4_1 == r1[`D*4 +: `D] && \dut.m56 == larger(r1[`D*5 +: `D], r1[`D*6 +: `D]) && \dut.m34 == larger(r1[`D*3 +: `D], r1[`D*4 +: `D])
     );
     if (filled[1]) step_2: assert (
-      \dut.m012 == larger(larger(r2[14:0], r2[29:15]), r2[44:30]) && \dut.v3_2 == r2[59:45]
-      && \dut.m456 == larger(r2[74:60], larger(r2[89:75], r2[104:90])) && \dut.m34_2 == larger(r2[59:45], r2[74:60])
+      \dut.m012 == larger(larger(r2[`D*0 +: `D], r2[`D*1 +: `D]), r2[`D*2 +: `D]) && \dut.v3_2 == r2[`D*3 +: `D]
+      && \dut.m456 == larger(r2[`D*4 +: `D], larger(r2[`D*5 +: `D], r2[`D*6 +: `D])) && \dut.m34_2 == larger(r2[`D*3 +: `D], r2[`D*4 +: `D])
     );
     if (filled[2]) begin
-      newest_three: assert (later == larger(larger(r3[14:0], r3[29:15]), r3[44:30]));
-      centre: assert (middle == r3[59:45]);
-      oldest_three: assert (earlier == larger(larger(r3[74:60], r3[89:75]), r3[104:90]));
-      newest_five: assert (five == larger(larger(larger(r3[14:0], r3[29:15]), r3[44:30]), larger(r3[59:45], r3[74:60])));
-      from_row_4: cover (five == r3[74:60] && five > later && five > middle);
+      newest_three: assert (later == larger(larger(r3[`D*0 +: `D], r3[`D*1 +: `D]), r3[`D*2 +: `D]));
+      centre: assert (middle == r3[`D*3 +: `D]);
+      oldest_three: assert (earlier == larger(larger(r3[`D*4 +: `D], r3[`D*5 +: `D]), r3[`D*6 +: `D]));
+      newest_five: assert (five == larger(larger(larger(r3[`D*0 +: `D], r3[`D*1 +: `D]), r3[`D*2 +: `D]), larger(r3[`D*3 +: `D], r3[`D*4 +: `D])));
+      from_row_4: cover (five == r3[`D*4 +: `D] && five > later && five > middle);
     end
   end
 endmodule

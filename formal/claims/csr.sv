@@ -6,23 +6,25 @@ module csr_properties (input clock);
   (* anyseq *) reg [31:0] writedata, frames;
   (* anyseq *) reg [3:0] errors;
   (* anyseq *) reg [19:0] count, dropped;
-  (* anyseq *) reg [14:0] threshold_0, threshold_1;
+  each pair (* anyseq *) reg [`D-1:0] threshold_{k};
   wire [5:0] followed;
   wire [31:0] readdata;
   wire irq, clear, enable, committed;
-  wire [10:0] width;
+  wire [`W-1:0] width;
   wire [11:0] height;
-  wire [383:0] bank;
+  wire [`B-1:0] bank;
   csr dut (
     .clock(clock), .reset(reset), .address(address), .read(read), .readdata(readdata), .write(write),
     .writedata(writedata), .irq(irq), .clear(clear), .enable(enable), .width(width), .height(height), .bank(bank),
     .committed(committed), .busy(busy), .errors(errors), .begun(begun), .done(done), .count(count), .dropped(dropped),
-    .frames(frames), .saturated(saturated), .threshold_0(threshold_0), .threshold_1(threshold_1)
+    .frames(frames),
+    each pair .threshold_{k}(threshold_{k}),
+    .saturated(saturated)
   );
 
-  (* hierconn *) wire [10:0] \dut.size_width ;
+  (* hierconn *) wire [`W-1:0] \dut.size_width ;
   (* hierconn *) wire [11:0] \dut.size_height ;
-  (* hierconn *) wire [10:0] \dut.taken_width ;
+  (* hierconn *) wire [`W-1:0] \dut.taken_width ;
   (* hierconn *) wire [11:0] \dut.taken_height ;
   (* hierconn *) wire \dut.control_interrupt_error ;
   (* hierconn *) wire \dut.control_interrupt_frame ;
@@ -41,13 +43,24 @@ module csr_properties (input clock);
 
   localparam VERSION = 6'd1, HASH = 6'd2, THRESHOLD_NOW = 6'd8, FRAMES = 6'd9, FEATURES = 6'd10, DROPPED = 6'd11;
   localparam CONTROL = 6'd3, STATUS = 6'd4, SIZE = 6'd5, THRESHOLD = 6'd6, TARGET = 6'd7, COMMIT = 6'd12, RECORD_LIMIT = 6'd15;
-  localparam FIRST_COEFFICIENT = 6'd16, LAST_COEFFICIENT = 6'd34;
+  localparam FIRST_COEFFICIENT = 6'd16, LAST_COEFFICIENT = 6'd15 + `G;
+  // Of a third scale pair.
+  localparam THRESHOLD_2 = 6'd13, THRESHOLD_2_NOW = 6'd14;
   wire coefficient = followed >= FIRST_COEFFICIENT && followed <= LAST_COEFFICIENT;
   wire writable = coefficient || followed == CONTROL || (followed >= SIZE && followed <= TARGET)
-    || followed == RECORD_LIMIT;
+    || followed == RECORD_LIMIT || (`N == 3 && followed == THRESHOLD_2);
   // Writable bits by the register map.
-  wire [31:0] bits = followed == CONTROL ? 32'h0000000f : followed == SIZE ? 32'h0fff07ff
-    : followed == THRESHOLD ? 32'h7fff7fff : 32'h0000ffff;
+  wire [31:0] bits = followed == CONTROL ? 32'h0000000f : followed == SIZE ? {16'h0fff, 16'd2 ** `W - 16'd1}
+    : followed == THRESHOLD ? {2{16'd2 ** `D - 16'd1}} : followed == THRESHOLD_2 ? {16'd0, 16'd2 ** `D - 16'd1} : 32'h0000ffff;
+
+  // The bank: coefficients, thresholds, target, mode and limit, 16 bits each.
+  localparam TARGET_AT = 16 * (`G + `N), MODE_AT = TARGET_AT + 16, LIMIT_AT = TARGET_AT + 32;
+  wire [15:0] target = bank[TARGET_AT +: 16], limit = bank[LIMIT_AT +: 16];
+  wire follows = bank[MODE_AT];
+  wire [15:0] threshold_2_held = bank[TARGET_AT - 16 +: 16];
+  wire [31:0] size;
+  assign size[31:16] = {4'd0, \dut.size_height };
+  assign size[15:0] = \dut.size_width ;
 
   // Contents of the register, as the outputs show them.
   wire [5:0] index = followed - FIRST_COEFFICIENT;
@@ -55,42 +68,21 @@ module csr_properties (input clock);
   integer at;
   always @(*) begin
     in_bank = 16'd0;
-    for (at = 0; at < 19; at = at + 1)
+    for (at = 0; at < `G; at = at + 1)
       if (index == at) in_bank = bank[at * 16 +: 16];
   end
   wire [31:0] held = coefficient ? {16'd0, in_bank}
-    : followed == CONTROL ? {28'd0, \dut.control_interrupt_error , \dut.control_interrupt_frame , bank[352] , enable}
-    : followed == SIZE ? {4'd0, \dut.size_height , 5'd0, \dut.size_width }
-    : followed == THRESHOLD ? {bank[335:304]}
-    : followed == RECORD_LIMIT ? {16'd0, bank[383:368]}
-    : {16'd0, bank[351:336]};
+    : followed == CONTROL ? {28'd0, \dut.control_interrupt_error , \dut.control_interrupt_frame , follows, enable}
+    : followed == SIZE ? size
+    : followed == THRESHOLD ? bank[16*`G +: 32]
+    : followed == RECORD_LIMIT ? {16'd0, limit}
+    : followed == THRESHOLD_2 ? {16'd0, threshold_2_held}
+    : {16'd0, target};
 
   // Values after a reset, by the register map.
   function [31:0] after_reset(input [5:0] register);
     case (register)
-      SIZE: after_reset = {16'd768, 16'd1024};
-      THRESHOLD: after_reset = {16'd2048, 16'd2048};
-      TARGET: after_reset = 32'd512;
-      RECORD_LIMIT: after_reset = 32'd2046;
-      6'd16: after_reset = 32'd24536;
-      6'd17: after_reset = 32'd40315;
-      6'd18: after_reset = 32'd47101;
-      6'd19: after_reset = 32'd56830;
-      6'd20: after_reset = 32'd64033;
-      6'd21: after_reset = 32'd65500;
-      6'd22: after_reset = 32'd17102;
-      6'd23: after_reset = 32'd37685;
-      6'd24: after_reset = 32'd42386;
-      6'd25: after_reset = 32'd50478;
-      6'd26: after_reset = 32'd60180;
-      6'd27: after_reset = 32'd65021;
-      6'd28: after_reset = 32'd11450;
-      6'd29: after_reset = 32'd35905;
-      6'd30: after_reset = 32'd38984;
-      6'd31: after_reset = 32'd44768;
-      6'd32: after_reset = 32'd53931;
-      6'd33: after_reset = 32'd62636;
-      6'd34: after_reset = 32'd65396;
+      {resets}
       default: after_reset = 32'd0;
     endcase
   endfunction
@@ -111,8 +103,8 @@ module csr_properties (input clock);
   );
   reg was_reset;
   // The set at the time of its commit.
-  wire [407:0] set = {bank[352] , \dut.size_height , \dut.size_width , bank};
-  reg [407:0] set_committed, was_set;
+  wire [`B+`W+12:0] set = {follows, \dut.size_height , \dut.size_width , bank};
+  reg [`B+`W+12:0] set_committed, was_set;
   reg was_quiet;
   wire [7:0] status = {
     \dut.status_begun , \dut.status_saturated , \dut.status_dropped , \dut.status_refused , \dut.status_interrupted ,
@@ -120,22 +112,29 @@ module csr_properties (input clock);
   };
   wire [7:0] events = clear ? 8'd0 : {begun, saturated, done & dropped != 20'd0, errors[3:0], done};
   // A commit by its definition: written as 1, it holds until a frame takes the set or a register of the set is written,
-  // of which `control` counts only where it changes its automatic bit.
+  // of which `control` counts only where it changes its follows bit.
   wire in_set = (address >= SIZE && address <= TARGET) || address == RECORD_LIMIT
     || (address >= FIRST_COEFFICIENT && address <= LAST_COEFFICIENT)
-    || (address == CONTROL && writedata[1] != bank[352]);
+    || (address == CONTROL && writedata[1] != follows)
+    || (`N == 3 && address == THRESHOLD_2);
   reg commit_wanted;
   // The counts of the last frame that ended.
   reg [19:0] last_count, last_dropped;
+  // Thresholds in use.
+  wire [31:0] now, now_2;
+  wire [15:0] now_of_0, now_of_1, now_of_2;
+  each pair assign now_of_{k} = threshold_{k};
+  assign now = {now_of_1, now_of_0};
+  assign now_2 = {16'd0, now_of_2};
   // Registers that software cannot write.
   reg [31:0] read_only;
   reg is_read_only;
   reg [31:0] was_readdata;
-  reg [10:0] was_width;
+  reg [`W-1:0] was_width;
   reg [11:0] was_height;
   reg was_committed, clear_wanted;
   reg [7:0] status_wanted;
-  reg [10:0] width_taken;
+  reg [`W-1:0] width_taken;
   reg [11:0] height_taken;
   always @(posedge clock) begin
     running <= 1;
@@ -160,17 +159,18 @@ module csr_properties (input clock);
     end
     if (read) begin
       is_read_only <= !(address >= CONTROL && address <= TARGET && address != STATUS)
-        && address != RECORD_LIMIT && !(address >= FIRST_COEFFICIENT && address <= LAST_COEFFICIENT);
+        && address != RECORD_LIMIT && (`N != 3 || address != THRESHOLD_2) && !(address >= FIRST_COEFFICIENT && address <= LAST_COEFFICIENT);
       case (address)
         6'd0: read_only <= "HLCK";
         // The hash of the emitted text is whatever it is.
         HASH: read_only <= \dut.emission_hash ;
-        VERSION: read_only <= 32'h20001;
+        VERSION: read_only <= {16'd`N , 16'd1};
         STATUS: read_only <= {busy, 23'd0, status};
-        THRESHOLD_NOW: read_only <= {1'b0, threshold_1, 1'b0, threshold_0};
+        THRESHOLD_NOW: read_only <= now;
         FRAMES: read_only <= frames;
         FEATURES: read_only <= {12'd0, last_count};
         DROPPED: read_only <= {12'd0, last_dropped};
+        THRESHOLD_2_NOW: read_only <= `N == 3 ? now_2 : 32'd0;
         COMMIT: read_only <= {31'd0, committed};
         default: read_only <= 32'd0;
       endcase
@@ -201,7 +201,8 @@ module csr_properties (input clock);
       // The assumption of claim `sequencer`.
       with_commit: assert (clear || (width == was_width && height == was_height) || committed != was_committed);
       cleared: assert (clear == clear_wanted);
-      unused_bits: assert (bank[367:353] == 15'd0 && !bank[335] && !bank[319]);
+      unused_bits: assert (bank[MODE_AT+1 +: 15] == 15'd0);
+      each pair unused_{k}: assert (bank[16*(`G+{k})+`D +: 16-`D] == 0);
       held_between_reads: assert (was_read || was_reset || readdata == was_readdata);
       by_hardware: assert (!was_read || !is_read_only || readdata == read_only);
       counts: assert (last_count == \dut.features_count && last_dropped == \dut.dropped_count );
@@ -212,7 +213,7 @@ module csr_properties (input clock);
       interrupt: assert (irq == ((\dut.control_interrupt_frame && status[0])
         || (\dut.control_interrupt_error && status[6:1] != 6'd0)));
       withdrawn: cover (known && !committed && followed == LAST_COEFFICIENT);
-      read_back: cover (asked && followed == THRESHOLD && readdata == 32'h00110022);
+      read_back: cover (asked && followed == THRESHOLD && readdata == 32'h00010002);
     end
   end
 endmodule

@@ -1,10 +1,10 @@
 // cursor: its position is compared with a raster counted by definition, W x H samples from the marker.
 module cursor_properties (input clock);
   (* anyseq *) reg reset, advance, start;
-  (* anyseq *) reg [10:0] width;
+  (* anyseq *) reg [`W-1:0] width;
   (* anyseq *) reg [11:0] height;
   wire active, first_column, last_column, first_row, last_row;
-  wire [9:0] x;
+  wire [`X-1:0] x;
   wire [10:0] y;
   cursor dut (
     .clock(clock), .reset(reset), .advance(advance), .width(width), .height(height), .start(start), .active(active),
@@ -12,7 +12,7 @@ module cursor_properties (input clock);
   );
 
   reg begun = 0, inside = 0, was_reset;
-  reg [10:0] column, width_before;
+  reg [`W-1:0] column, width_before;
   reg [11:0] row, height_before;
   wire row_ends = column == width - 11'd1;
   always @(posedge clock) begin
@@ -37,7 +37,7 @@ module cursor_properties (input clock);
 
   always @(posedge clock) begin
     if (!begun) assume (reset);
-    assume (width >= 11'd64 && width <= 11'd1024 && height >= 12'd64 && height <= 12'd2048);
+    assume (width >= 11'd64 && width <= `COLUMNS && height >= 12'd64 && height <= 12'd2048);
     if (begun) begin
       if (inside) assume (width == width_before && height == height_before);
       active_in_frame: assert (active == inside);

@@ -2,10 +2,10 @@
 module decision_properties (input clock);
   (* anyseq *) reg reset, advance, eligible_a, eligible_b;
   // Sample a comes before b; the other samples of their windows.
-  (* anyseq *) reg [14:0] a, b, before_a, after_a, before_b, after_b, threshold;
+  (* anyseq *) reg [`D-1:0] a, b, before_a, after_a, before_b, after_b, threshold;
   wire hit_a, hit_b;
-  wire [14:0] loose_a = after_a > b ? after_a : b;
-  wire [14:0] strict_b = before_b > a ? before_b : a;
+  wire [`D-1:0] loose_a = after_a > b ? after_a : b;
+  wire [`D-1:0] strict_b = before_b > a ? before_b : a;
   decision first (
     .clock(clock), .reset(reset), .advance(advance), .eligible(eligible_a), .p(a), .strict(before_a), .loose(loose_a),
     .threshold(threshold), .hit(hit_a)

@@ -1,22 +1,22 @@
 // difference: the module equals its equation.
 module difference_properties (input clock);
   (* anyseq *) reg advance;
-  (* anyseq *) reg [17:0] narrow, wide;
-  wire [14:0] magnitude;
+  (* anyseq *) reg [`S-1:0] narrow, wide;
+  wire [`D-1:0] magnitude;
   wire positive, saturated;
   difference dut (
     .clock(clock), .advance(advance), .narrow(narrow), .wide(wide),
     .magnitude(magnitude), .positive(positive), .saturated(saturated)
   );
 
-  (* hierconn *) wire [17:0] \dut.distance ;
+  (* hierconn *) wire [`S-1:0] \dut.distance ;
   (* hierconn *) wire \dut.positive_1 ;
 
-  function [17:0] away(input [17:0] a, input [17:0] b);
+  function [`S-1:0] away(input [`S-1:0] a, input [`S-1:0] b);
     away = a >= b ? a - b : b - a;
   endfunction
 
-  reg [17:0] narrow_1, wide_1, narrow_2, wide_2;
+  reg [`S-1:0] narrow_1, wide_1, narrow_2, wide_2;
   reg [1:0] filled = 0;
   always @(posedge clock)
     if (advance) begin
@@ -25,15 +25,16 @@ module difference_properties (input clock);
       filled <= {filled[0], 1'b1};
     end
 
-  wire [18:0] rounded = ({1'b0, away(narrow_2, wide_2)} + 19'd1) >> 1;
+  // Rounded to the LSB of the response, half up.
+  wire [`S:0] rounded = ({1'b0, away(narrow_2, wide_2)} + (1 << `SHIFT >> 1)) >> `SHIFT;
   always @(posedge clock) begin
     if (filled[0]) step_1: assert (\dut.distance == away(narrow_1, wide_1) && \dut.positive_1 == (narrow_1 >= wide_1));
     if (filled[1]) begin
-      response: assert (magnitude == (rounded > 19'd32767 ? 15'd32767 : rounded[14:0]));
+      response: assert (magnitude == (rounded > {`D{1'b1}} ? {`D{1'b1}} : rounded[`D-1:0]));
       sign: assert (positive == (narrow_2 >= wide_2));
-      saturation: assert (saturated == (rounded > 19'd32767));
+      saturation: assert (saturated == (rounded > {`D{1'b1}}));
       saturates: cover (saturated);
-      negative: cover (!positive && !saturated && magnitude == 15'd5);
+      negative: cover (!positive && !saturated && magnitude == 5);
     end
   end
 endmodule

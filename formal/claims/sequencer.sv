@@ -2,13 +2,13 @@
 // frame to its trailer; the raster, the drain and the outputs are compared with their definitions.
 module sequencer_properties (input clock);
   (* anyseq *) reg reset, enable, committed, stall, valid, start_of_packet, end_of_packet, frame_done, choose, choose_frame;
-  (* anyseq *) reg [10:0] new_width;
+  (* anyseq *) reg [`W-1:0] new_width;
   (* anyseq *) reg [11:0] new_height;
-  (* anyseq *) reg [15:0] data;
+  (* anyseq *) reg [`P-1:0] data;
   wire ready, capture, advance, start, busy;
-  wire [10:0] width;
+  wire [`W-1:0] width;
   wire [11:0] height;
-  wire [15:0] pixel;
+  wire [`P-1:0] pixel;
   wire [3:0] errors, frame_errors;
   sequencer dut (
     .clock(clock), .reset(reset), .enable(enable), .new_width(new_width), .new_height(new_height),
@@ -19,21 +19,21 @@ module sequencer_properties (input clock);
   );
 
   (* hierconn *) wire [1:0] \dut.skid_count ;
-  (* hierconn *) wire [17:0] \dut.skid_front ;
-  (* hierconn *) wire [17:0] \dut.skid_back ;
+  (* hierconn *) wire [`P+1:0] \dut.skid_front ;
+  (* hierconn *) wire [`P+1:0] \dut.skid_back ;
   (* hierconn *) wire [1:0] \dut.state ;
   (* hierconn *) wire [1:0] \dut.settle ;
-  (* hierconn *) wire [9:0] \dut.x ;
+  (* hierconn *) wire [`X-1:0] \dut.x ;
   (* hierconn *) wire [10:0] \dut.y ;
-  (* hierconn *) wire [9:0] \dut.last_x ;
+  (* hierconn *) wire [`X-1:0] \dut.last_x ;
   (* hierconn *) wire [10:0] \dut.last_y ;
-  (* hierconn *) wire [10:0] \dut.offered_width ;
+  (* hierconn *) wire [`W-1:0] \dut.offered_width ;
   (* hierconn *) wire [11:0] \dut.offered_height ;
   (* hierconn *) wire \dut.possible ;
   (* hierconn *) wire \dut.same ;
   (* hierconn *) wire \dut.drained ;
-  (* hierconn *) wire [16:0] \dut.drain ;
-  (* hierconn *) wire [16:0] \dut.drain_from ;
+  (* hierconn *) wire [`W+5:0] \dut.drain ;
+  (* hierconn *) wire [`W+5:0] \dut.drain_from ;
   (* hierconn *) wire \dut.stray ;
   (* hierconn *) wire \dut.refuse ;
   (* hierconn *) wire \dut.begins ;
@@ -56,7 +56,7 @@ module sequencer_properties (input clock);
 
   // A beat from the port to its use.
   reg [1:0] place = NOT_YET;
-  reg [17:0] beat;
+  reg [`P+1:0] beat;
   wire used = \dut.stray | \dut.refuse | \dut.begins | \dut.takes ;
   wire pushed = valid & ready;
   always @(posedge clock) begin
@@ -72,14 +72,14 @@ module sequencer_properties (input clock);
   end
 
   // 96 lines, in steps.
-  wire [17:0] lines_96 = {1'b0, width, 6'd0} + {2'b0, width, 5'd0};
+  wire [`W+6:0] lines_96 = {1'b0, width, 6'd0} + {2'b0, width, 5'd0};
 
   // The raster of a frame by its definition, and the steps since the last pixel.
   wire with_pixel = \dut.begins | \dut.takes | \dut.pads ;
-  reg [10:0] column = 11'd0;
+  reg [`W-1:0] column = 11'd0;
   reg [11:0] row = 12'd0;
   reg inside = 0;
-  reg [17:0] since, frames_lines;
+  reg [`W+6:0] since, frames_lines;
   reg ever = 0;
   wire last_column = column == width - 11'd1;
   wire ends = with_pixel & ~\dut.begins & last_column & (row == height - 12'd1);
@@ -107,8 +107,8 @@ module sequencer_properties (input clock);
 
   // Errors by their definitions: a packet that ends before its frame is full, one that does not end there, a start of
   // packet inside a frame whose packet has not ended, and a packet that no frame can take.
-  wire first_beat = \dut.skid_front [16];
-  wire last_beat = \dut.skid_front [17];
+  wire first_beat = \dut.skid_front [`P];
+  wire last_beat = \dut.skid_front [`P+1];
   wire taken = \dut.begins | \dut.takes ;
   wire ends_early = taken & last_beat & ~ends;
   wire ends_late = \dut.takes & ends & ~last_beat;
@@ -153,9 +153,9 @@ module sequencer_properties (input clock);
   // Values of the previous clock.
   reg [3:0] was_errors;
   reg was_captured, was_committed;
-  reg [10:0] was_new_width;
+  reg [`W-1:0] was_new_width;
   reg [11:0] was_new_height;
-  wire was_possible = was_new_width >= 11'd64 && was_new_width <= 11'd1024 && was_new_height >= 12'd64
+  wire was_possible = was_new_width >= 11'd64 && was_new_width <= `COLUMNS && was_new_height >= 12'd64
     && was_new_height <= 12'd2048;
   always @(posedge clock) begin
     was_errors <= {enable & (\dut.refuse | (\dut.stray & ~packet_open)), cut_off, ends_late, ends_early};
@@ -165,8 +165,8 @@ module sequencer_properties (input clock);
     was_new_height <= new_height;
   end
   reg was_waiting, was_begins, was_step, was_pixel, was_stalled, was_new, was_idle_and_drained, was_ever;
-  reg [15:0] was_beat, was_data;
-  reg [10:0] was_width;
+  reg [`P-1:0] was_beat, was_data;
+  reg [`W-1:0] was_width;
   reg [11:0] was_height;
   always @(posedge clock) begin
     // A frame in progress has a beat and no stall, and takes no step.
@@ -177,7 +177,7 @@ module sequencer_properties (input clock);
     was_stalled <= stall;
     was_new <= \dut.begins | \dut.takes ;
     was_ever <= ever;
-    was_beat <= \dut.skid_front [15:0];
+    was_beat <= \dut.skid_front [`P-1:0];
     was_data <= pixel;
     was_idle_and_drained <= \dut.state == IDLE && \dut.drained && !\dut.begins ;
     was_width <= width;
@@ -188,7 +188,7 @@ module sequencer_properties (input clock);
   wire may_begin = \dut.state == IDLE && \dut.skid_count != 2'd0 && first_beat && enable && \dut.possible ;
   reg was_resized, was_settling, was_start;
   reg [1:0] was_settle;
-  reg [10:0] was_offered_width;
+  reg [`W-1:0] was_offered_width;
   reg [11:0] was_offered_height;
   always @(posedge clock) begin
     was_resized <= may_begin & ~\dut.same & \dut.drained ;
@@ -199,8 +199,8 @@ module sequencer_properties (input clock);
     was_offered_height <= \dut.offered_height ;
   end
 
-  wire sized = width >= 11'd64 && width <= 11'd1024 && height >= 12'd64 && height <= 12'd2048;
-  wire settled = \dut.last_x == width[9:0] - 10'd1 && \dut.last_y == height[10:0] - 11'd1 && \dut.drain_from == lines_96[16:0];
+  wire sized = width >= 11'd64 && width <= `COLUMNS && height >= 12'd64 && height <= 12'd2048;
+  wire settled = \dut.last_x == width[`X-1:0] - 10'd1 && \dut.last_y == height[10:0] - 11'd1 && \dut.drain_from == lines_96[`W+5:0];
   always @(posedge clock) begin
     if (!begun) assume (reset);
     if (begun) begin

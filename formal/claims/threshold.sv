@@ -1,9 +1,9 @@
 // threshold: equality with its equation in integers, for every count, target and threshold.
 module threshold_properties (input clock);
   (* anyseq *) reg reset, advance, start, hit, follow;
-  (* anyseq *) reg [14:0] manual;
+  (* anyseq *) reg [`D-1:0] manual;
   (* anyseq *) reg [15:0] target;
-  wire [14:0] threshold;
+  wire [`D-1:0] threshold;
   wire [19:0] count;
   threshold dut (
     .clock(clock), .reset(reset), .advance(advance), .start(start), .hit(hit), .follow(follow), .manual(manual),
@@ -13,19 +13,19 @@ module threshold_properties (input clock);
   (* hierconn *) wire \dut.follows ;
   (* hierconn *) wire \dut.more ;
   (* hierconn *) wire \dut.less ;
-  (* hierconn *) wire [12:0] \dut.change ;
+  (* hierconn *) wire [`D-3:0] \dut.change ;
 
   // 4 n, 3 N and 5 N without overflow; T + T / 8 + 1 and T - T / 8 - 1, kept in range.
   wire [23:0] n4 = {2'd0, count, 2'd0};
   wire [23:0] t3 = {8'd0, target} * 24'd3, t5 = {8'd0, target} * 24'd5;
-  wire [17:0] up = {3'd0, threshold} + {6'd0, threshold[14:3]} + 18'd1;
-  wire [17:0] step = {6'd0, threshold[14:3]} + 18'd1;
-  wire [14:0] higher = up > 18'd32767 ? 15'd32767 : up[14:0];
-  wire [14:0] lower = {3'd0, threshold} <= step ? 15'd1 : threshold - step[14:0];
-  wire [14:0] by_hand = manual == 15'd0 ? 15'd1 : manual;
+  wire [17:0] up = threshold + (threshold >> 3) + 18'd1;
+  wire [17:0] step = (threshold >> 3) + 18'd1;
+  wire [`D-1:0] higher = up > {`D{1'b1}} ? {`D{1'b1}} : up[`D-1:0];
+  wire [`D-1:0] lower = threshold <= step ? 1 : threshold - step[`D-1:0];
+  wire [`D-1:0] by_hand = manual == 0 ? 1 : manual;
 
   reg begun = 0, automatic_before;
-  reg [14:0] threshold_wanted, threshold_before;
+  reg [`D-1:0] threshold_wanted, threshold_before;
   reg [15:0] target_before;
   reg [19:0] count_wanted, count_before;
   reg same_1, same_2;
@@ -36,7 +36,7 @@ module threshold_properties (input clock);
     threshold_before <= threshold;
     if (reset) begin
       automatic_before <= 0;
-      threshold_wanted <= 15'd0;
+      threshold_wanted <= 0;
       count_wanted <= 20'd0;
     end else if (advance && start) begin
       automatic_before <= follow;
@@ -55,12 +55,12 @@ module threshold_properties (input clock);
       // The marker comes when the count is stable.
       if (advance && start) assume (stable);
       mode: assert (\dut.follows == automatic_before);
-      ready: assert (\dut.change == {1'b0, threshold_before[14:3]} + 13'd1
+      ready: assert (\dut.change == {1'b0, threshold_before[`D-1:3]} + 1'b1
         && \dut.more == ({2'd0, count_before, 2'd0} > {8'd0, target_before} * 24'd5)
         && \dut.less == ({2'd0, count_before, 2'd0} < {8'd0, target_before} * 24'd3));
       equation: assert (threshold == threshold_wanted);
       counts: assert (count == count_wanted);
-      rises: cover (threshold == 15'd3 && automatic_before);
+      rises: cover (threshold == 3 && automatic_before);
     end
   end
 endmodule

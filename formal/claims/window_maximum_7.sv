@@ -1,25 +1,25 @@
 // window_maximum_7: y[t] is the largest of x[t - 3] .. x[t - 9], for every sequence and every stall.
 module window_maximum_7_properties (input clock);
   (* anyseq *) reg advance;
-  (* anyseq *) reg [14:0] x;
-  wire [14:0] y;
+  (* anyseq *) reg [`D-1:0] x;
+  wire [`D-1:0] y;
   window_maximum_7 dut (.clock(clock), .advance(advance), .x(x), .y(y));
 
-  (* hierconn *) wire [14:0] \dut.r0_delayed_1 ;
-  (* hierconn *) wire [14:0] \dut.r1 ;
-  (* hierconn *) wire [14:0] \dut.r1_delayed_1 ;
-  (* hierconn *) wire [14:0] \dut.r1_delayed_2 ;
-  (* hierconn *) wire [14:0] \dut.r2 ;
-  (* hierconn *) wire [14:0] \dut.r2_delayed_1 ;
-  (* hierconn *) wire [14:0] \dut.r2_delayed_2 ;
-  (* hierconn *) wire [14:0] \dut.r2_delayed_3 ;
+  (* hierconn *) wire [`D-1:0] \dut.r0_delayed_1 ;
+  (* hierconn *) wire [`D-1:0] \dut.r1 ;
+  (* hierconn *) wire [`D-1:0] \dut.r1_delayed_1 ;
+  (* hierconn *) wire [`D-1:0] \dut.r1_delayed_2 ;
+  (* hierconn *) wire [`D-1:0] \dut.r2 ;
+  (* hierconn *) wire [`D-1:0] \dut.r2_delayed_1 ;
+  (* hierconn *) wire [`D-1:0] \dut.r2_delayed_2 ;
+  (* hierconn *) wire [`D-1:0] \dut.r2_delayed_3 ;
 
-  function [14:0] larger(input [14:0] a, input [14:0] b);
+  function [`D-1:0] larger(input [`D-1:0] a, input [`D-1:0] b);
     larger = a > b ? a : b;
   endfunction
 
   // The last samples; s1 entered in the last step.
-  reg [14:0] s1, s2, s3, s4, s5, s6, s7, s8, s9;
+  reg [`D-1:0] s1, s2, s3, s4, s5, s6, s7, s8, s9;
   reg [3:0] steps = 0;
   always @(posedge clock)
     if (advance) begin
@@ -28,20 +28,20 @@ module window_maximum_7_properties (input clock);
         steps <= steps + 4'd1;
     end
 
-  wire [14:0] two_1 = larger(s1, s2);
-  wire [14:0] two_2 = larger(s2, s3);
-  wire [14:0] two_3 = larger(s3, s4);
-  wire [14:0] two_4 = larger(s4, s5);
-  wire [14:0] two_5 = larger(s5, s6);
-  wire [14:0] two_6 = larger(s6, s7);
-  wire [14:0] two_7 = larger(s7, s8);
-  wire [14:0] two_8 = larger(s8, s9);
-  wire [14:0] four_1 = larger(two_1, two_3);
-  wire [14:0] four_2 = larger(two_2, two_4);
-  wire [14:0] four_3 = larger(two_3, two_5);
-  wire [14:0] four_4 = larger(two_4, two_6);
-  wire [14:0] four_5 = larger(two_5, two_7);
-  wire [14:0] four_6 = larger(two_6, two_8);
+  wire [`D-1:0] two_1 = larger(s1, s2);
+  wire [`D-1:0] two_2 = larger(s2, s3);
+  wire [`D-1:0] two_3 = larger(s3, s4);
+  wire [`D-1:0] two_4 = larger(s4, s5);
+  wire [`D-1:0] two_5 = larger(s5, s6);
+  wire [`D-1:0] two_6 = larger(s6, s7);
+  wire [`D-1:0] two_7 = larger(s7, s8);
+  wire [`D-1:0] two_8 = larger(s8, s9);
+  wire [`D-1:0] four_1 = larger(two_1, two_3);
+  wire [`D-1:0] four_2 = larger(two_2, two_4);
+  wire [`D-1:0] four_3 = larger(two_3, two_5);
+  wire [`D-1:0] four_4 = larger(two_4, two_6);
+  wire [`D-1:0] four_5 = larger(two_5, two_7);
+  wire [`D-1:0] four_6 = larger(two_6, two_8);
 
   always @(posedge clock) begin
     if (steps >= 4'd1) sample: assert (\dut.r0_delayed_1 == s1);

@@ -1,5 +1,32 @@
 //! The numbers of a design that claims depend on.
 
+/// Values of the default design after a reset, by the register map: size, thresholds, target, limit, coefficients.
+const KT27_RESETS: [(u32, u32); 23] = [
+    (5, 0x3000400),
+    (6, 0x8000800),
+    (7, 512),
+    (15, 2046),
+    (16, 24536),
+    (17, 40315),
+    (18, 47101),
+    (19, 56830),
+    (20, 64033),
+    (21, 65500),
+    (22, 17102),
+    (23, 37685),
+    (24, 42386),
+    (25, 50478),
+    (26, 60180),
+    (27, 65021),
+    (28, 11450),
+    (29, 35905),
+    (30, 38984),
+    (31, 44768),
+    (32, 53931),
+    (33, 62636),
+    (34, 65396),
+];
+
 /// Word lengths, sizes and names of a design.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Shape {
@@ -9,6 +36,10 @@ pub struct Shape {
     pub pixel_bits: u32,
     /// Bits of a filter state.
     pub state_bits: u32,
+    /// Bits of a coefficient.
+    pub coefficient_bits: u32,
+    /// Bits by which a difference of states is shifted to a response.
+    pub dog_shift: u32,
     /// Bits of a response, without its sign.
     pub dog_bits: u32,
     /// Number of filter coefficients.
@@ -21,6 +52,8 @@ pub struct Shape {
     pub candidate_queue: u32,
     /// Records that the FIFO's memory holds.
     pub record_fifo: u32,
+    /// Registers whose value after a reset is not 0: address in words, and value.
+    pub resets: Vec<(u32, u32)>,
 }
 
 impl Shape {
@@ -29,6 +62,8 @@ impl Shape {
         Self {
             width: 1024,
             pixel_bits: 16,
+            coefficient_bits: 16,
+            dog_shift: 1,
             state_bits: 18,
             dog_bits: 15,
             coefficients: 19,
@@ -36,6 +71,7 @@ impl Shape {
             ring_radii: vec![12, 16],
             candidate_queue: 512,
             record_fifo: 512,
+            resets: KT27_RESETS.to_vec(),
         }
     }
 
@@ -49,24 +85,72 @@ impl Shape {
         self.ring_radii[pair] == 16
     }
 
-    /// Returns the number of the 16-bit field of the register bank that has the threshold of a pair: the first two follow
-    /// the coefficients, the third follows the record limit.
-    pub(crate) fn threshold_field(&self, pair: usize) -> u32 {
-        self.coefficients + [0, 1, 5][pair]
+    /// Bits of a column.
+    fn column_bits(&self) -> u32 {
+        bits(self.width - 1)
     }
 
-    /// Returns the numbers as parameters of a wrapper, in Verilog.
-    pub(crate) fn parameters(&self) -> String {
-        let fields = self.coefficients + if self.pairs() == 3 { 6 } else { 5 };
-        let column_bits = u32::BITS - (self.width - 1).leading_zeros();
-        format!(
-            "  localparam P = {}, S = {}, D = {}, R = D + 1, X = {column_bits}, W = X + 1, G = {}, N = {}, B = 16 * \
-             {fields};\n  localparam Q = X + 11 + N + N * R + N * 4 * D;\n",
-            self.pixel_bits,
-            self.state_bits,
-            self.dog_bits,
-            self.coefficients,
-            self.pairs(),
-        )
+    /// Returns a wrapper for this design: macros for its numbers, then the text, where a line that begins with `each pair`
+    /// is repeated for each scale pair `{k}`, `{next}` the next, and `{pairs}` is their number.
+    pub(crate) fn wrapper(&self, text: &str) -> String {
+        let resets: Vec<String> = self
+            .resets
+            .iter()
+            .map(|(address, value)| format!("6'd{address}: after_reset = 32'd{value};"))
+            .collect();
+        let lines = text.lines().flat_map(|line| self.pairs_of(line)).map(|line| {
+            line.replace("{pairs}", &self.pairs().to_string()).replace("{resets}", &resets.join("\n      ")) + "\n"
+        });
+        self.numbers().iter().map(|(name, value)| format!("`define {name} {value}\n")).chain(lines).collect()
     }
+
+    /// Returns a line, or the line of each scale pair if it begins with `each pair`.
+    pub(crate) fn pairs_of(&self, line: &str) -> Vec<String> {
+        match line.trim_start().strip_prefix("each pair ") {
+            Some(text) => (0..self.pairs()).map(|k| self.of_pair(text, k)).collect(),
+            None => vec![line.to_owned()],
+        }
+    }
+
+    /// Returns a text with the number of a scale pair in it.
+    pub(crate) fn of_pair(&self, text: &str, k: usize) -> String {
+        text.replace("{k}", &k.to_string()).replace("{next}", &(k + 1).to_string())
+    }
+
+    /// Returns the numbers as parameters of a wrapper.
+    pub(crate) fn parameters(&self) -> String {
+        let numbers: Vec<String> = self.numbers().iter().map(|(name, value)| format!("{name} = {value}")).collect();
+        format!("localparam {};", numbers.join(", "))
+    }
+
+    /// Returns the numbers by their names in wrappers.
+    fn numbers(&self) -> [(&'static str, u32); 18] {
+        let (column, pairs) = (self.column_bits(), self.ring_radii.len() as u32);
+        let signed = self.dog_bits + 1;
+        [
+            ("COLUMNS", self.width),
+            ("P", self.pixel_bits),
+            ("S", self.state_bits),
+            ("C", self.coefficient_bits),
+            ("SHIFT", self.dog_shift),
+            ("D", self.dog_bits),
+            ("R", signed),
+            ("X", column),
+            ("W", column + 1),
+            ("G", self.coefficients),
+            ("N", pairs),
+            ("B", 16 * (self.coefficients + pairs + 3)),
+            ("Q", column + 11 + pairs * (1 + signed + 4 * self.dog_bits)),
+            ("QUEUE", self.candidate_queue),
+            ("QUEUE_BITS", bits(self.candidate_queue - 1)),
+            ("FIFO", self.record_fifo),
+            ("FIFO_BITS", bits(self.record_fifo - 1)),
+            ("RECORD", 128 + 64 * pairs),
+        ]
+    }
+}
+
+/// Returns the number of bits of a number.
+fn bits(number: u32) -> u32 {
+    u32::BITS - number.leading_zeros()
 }

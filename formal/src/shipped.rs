@@ -43,11 +43,31 @@ shipped![
     "top",
 ];
 
-/// Returns all claims about the emitted Verilog: those of `claims/`, then those generated from the ring.
+/// Returns all claims about the emitted Verilog of the default design: those of `claims/`, the claim about connections,
+/// and those generated from the ring.
 ///
 /// # Errors
 /// If a TOML file of `claims/` is invalid.
 pub fn claims() -> Result<Vec<Claim>, ClaimError> {
-    let files = SHIPPED.iter().map(|(name, settings, properties)| Claim::parse(name, settings, properties));
-    files.chain([Ok(wiring::claim(&Shape::kt27()))]).chain(ring::claims().into_iter().map(Ok)).collect()
+    let shape = Shape::kt27();
+    let files = SHIPPED.iter().map(|(name, settings, properties)| file_claim(name, settings, properties, &shape));
+    files.chain([Ok(wiring::claim(&shape))]).chain(ring::claims().into_iter().map(Ok)).collect()
 }
+
+/// Returns a claim of `claims/` for a design.
+///
+/// # Errors
+/// If its TOML file is invalid.
+pub fn file_claim(name: &str, settings: &str, properties: &str, shape: &Shape) -> Result<Claim, ClaimError> {
+    let mut claim = Claim::parse(name, settings, &shape.wrapper(properties))?;
+    if name == "top" {
+        let own = ["csr", "sequencer", "bank", "record_writer", "record_fifo"];
+        let parts = wiring::part_modules(shape);
+        claim.sources = ["hoverlock_top", "hoverlock_core", "extractor"].map(|module| format!("{module}.v")).to_vec();
+        claim.sources.extend(parts.iter().map(|module| format!("{module}.v")));
+        claim.cut = parts.into_iter().filter(|module| !own.contains(&module.as_str())).collect();
+    }
+    Ok(claim)
+}
+
+pub fn wiring_of(shape: &Shape) -> Claim { wiring::claim(shape) }

@@ -79,6 +79,13 @@ struct Port<'a> {
     value: Option<&'a str>,
 }
 
+/// Returns the modules of the parts of a design.
+pub(crate) fn part_modules(shape: &Shape) -> Vec<String> {
+    let lines = expanded(shape);
+    let modules = lines.iter().filter_map(|line| line.strip_prefix("part ")?.split(' ').nth(1));
+    modules.skip(1).map(str::to_owned).collect::<BTreeSet<_>>().into_iter().collect()
+}
+
 /// Returns the lines of the table for a design, without comments, repetitions and placeholders.
 fn expanded(shape: &Shape) -> Vec<String> {
     let (mut lines, mut block): (Vec<String>, Option<(Vec<usize>, Vec<&str>)>) = (Vec::new(), None);
@@ -111,13 +118,13 @@ fn pairs(which: &str, shape: &Shape) -> Vec<usize> {
 
 /// Returns the lines that a line outside of a block stands for.
 fn each(line: &str, shape: &Shape) -> Vec<String> {
-    if let Some(line) = line.strip_prefix("each pair ") {
-        return (0..shape.pairs()).map(|k| of_pair(line, k, shape)).collect();
-    }
     if let Some(line) = line.strip_prefix("each smoother ") {
         return shape.smoothers.iter().map(|name| line.replace("{smoother}", name)).collect();
     }
     let line = line.replace("{P}", &shape.pixel_bits.to_string());
+    if line.starts_with("each pair ") {
+        return shape.pairs_of(&line);
+    }
     let Some((before, rest)) = line.split_once("any(") else { return vec![line] };
     let Some((text, after)) = rest.split_once(')') else { return vec![line] };
     let all: Vec<String> = (0..shape.pairs()).map(|k| of_pair(text, k, shape)).collect();
@@ -129,14 +136,14 @@ fn of_pair(line: &str, k: usize, shape: &Shape) -> String {
     let radius = shape.ring_radii[k];
     let first = shape.ring_radii.iter().position(|other| *other == radius).unwrap_or(k);
     let rows = ring_rows(radius).len() - usize::from(shape.is_full_ring(k));
-    line.replace("{k}", &k.to_string())
+    shape
+        .of_pair(line, k)
         .replace("{narrow}", &shape.smoothers[k])
         .replace("{wide}", &shape.smoothers[k + 1])
         .replace("{ring}", &first.to_string())
         .replace("{R}", &(shape.dog_bits + 1).to_string())
         .replace("{lines}", &(16 + radius).to_string())
         .replace("{rows}", &rows.to_string())
-        .replace("{field}", &shape.threshold_field(k).to_string())
 }
 
 /// Returns the wrapper.
@@ -164,7 +171,7 @@ fn properties(parts: &[Part], shape: &Shape) -> String {
         }
     }
     format!(
-        "// Generated from claims/connections.txt.\nmodule wiring_properties (input clock);\n{}{signals}  hoverlock_top {DUT} \
+        "// Generated from claims/connections.txt.\nmodule wiring_properties (input clock);\n  {}\n{signals}  hoverlock_top {DUT} \
          (.clock(clock){ports});\n  reg begun = 0;\n  always @(posedge clock) begin\n    begun <= 1;\n    if (begun) \
          begin\n{asserts}      flows: cover (video_ready && feature_valid);\n    end\n  end\nendmodule\n",
         shape.parameters()
