@@ -51,7 +51,8 @@ module csr_properties (input clock);
     || followed == RECORD_LIMIT || (`N == 3 && followed == THRESHOLD_2);
   // Writable bits by the register map.
   wire [31:0] bits = followed == CONTROL ? 32'h0000000f : followed == SIZE ? {16'h0fff, 16'd2 ** `W - 16'd1}
-    : followed == THRESHOLD ? {2{16'd2 ** `D - 16'd1}} : followed == THRESHOLD_2 ? {16'd0, 16'd2 ** `D - 16'd1} : 32'h0000ffff;
+    : followed == THRESHOLD ? {2{16'd2 ** `D - 16'd1}} : followed == THRESHOLD_2 ? {16'd0, 16'd2 ** `D - 16'd1} 
+    : coefficient ? {16'd0, 16'd2 ** `C - 16'd1} : 32'h0000ffff;
 
   // The bank: coefficients, thresholds, target, mode and limit, 16 bits each.
   localparam TARGET_AT = 16 * (`G + `N), MODE_AT = TARGET_AT + 16, LIMIT_AT = TARGET_AT + 32;

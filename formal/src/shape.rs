@@ -90,18 +90,25 @@ impl Shape {
         bits(self.width - 1)
     }
 
-    /// Returns a wrapper for this design: macros for its numbers, then the text, where a line that begins with `each pair`
-    /// is repeated for each scale pair `{k}`, `{next}` the next, and `{pairs}` is their number.
+    /// Returns a wrapper for this design: macros for its numbers, then the text, where a line that begins with
+    /// `each pair` is repeated for each scale pair `{k}`, `{next}` the next, and `{pairs}` is their number.
     pub(crate) fn wrapper(&self, text: &str) -> String {
-        let resets: Vec<String> = self
-            .resets
-            .iter()
-            .map(|(address, value)| format!("6'd{address}: after_reset = 32'd{value};"))
-            .collect();
+        let resets: Vec<String> =
+            self.resets.iter().map(|(address, value)| format!("6'd{address}: after_reset = 32'd{value};")).collect();
         let lines = text.lines().flat_map(|line| self.pairs_of(line)).map(|line| {
             line.replace("{pairs}", &self.pairs().to_string()).replace("{resets}", &resets.join("\n      ")) + "\n"
         });
         self.numbers().iter().map(|(name, value)| format!("`define {name} {value}\n")).chain(lines).collect()
+    }
+
+    /// Returns a text with the numbers in place of their macros.
+    pub(crate) fn filled(&self, text: &str) -> String {
+        let mut numbers = self.numbers();
+        // A name may begin another one.
+        numbers.sort_by_key(|(name, _)| std::cmp::Reverse(name.len()));
+        numbers
+            .iter()
+            .fold(text.to_owned(), |text, (name, value)| text.replace(&format!("`{name}"), &value.to_string()))
     }
 
     /// Returns a line, or the line of each scale pair if it begins with `each pair`.

@@ -43,23 +43,46 @@ shipped![
     "top",
 ];
 
+/// Claims whose wrappers have the word lengths, widths and names of the default design.
+const OF_DEFAULT_DESIGN: [&str; 8] = [
+    "row_look_back",
+    "row_look_ahead",
+    "row_look_ahead_border",
+    "frame_delay",
+    "delay",
+    "column_memory",
+    "unset_registers",
+    "record_writer",
+];
+
 /// Returns all claims about the emitted Verilog of the default design: those of `claims/`, the claim about connections,
 /// and those generated from the ring.
 ///
 /// # Errors
 /// If a TOML file of `claims/` is invalid.
 pub fn claims() -> Result<Vec<Claim>, ClaimError> {
-    let shape = Shape::kt27();
-    let files = SHIPPED.iter().map(|(name, settings, properties)| file_claim(name, settings, properties, &shape));
-    files.chain([Ok(wiring::claim(&shape))]).chain(ring::claims().into_iter().map(Ok)).collect()
+    claims_of(&Shape::kt27())
+}
+
+/// Returns the claims with the numbers of a design. Those that [`is_for_any_design`] rejects state only what holds for
+/// the default design.
+///
+/// # Errors
+/// If a TOML file of `claims/` is invalid.
+pub fn claims_of(shape: &Shape) -> Result<Vec<Claim>, ClaimError> {
+    let files = SHIPPED.iter().map(|(name, settings, properties)| file_claim(name, settings, properties, shape));
+    files.chain([Ok(wiring::claim(shape))]).chain(ring::claims().into_iter().map(Ok)).collect()
+}
+
+/// Returns `true` if the wrapper of a claim takes its numbers from the design.
+pub fn is_for_any_design(claim: &Claim) -> bool {
+    !OF_DEFAULT_DESIGN.contains(&claim.name.as_str()) && !claim.name.starts_with("ring_taps")
 }
 
 /// Returns a claim of `claims/` for a design.
-///
-/// # Errors
-/// If its TOML file is invalid.
-pub fn file_claim(name: &str, settings: &str, properties: &str, shape: &Shape) -> Result<Claim, ClaimError> {
+fn file_claim(name: &str, settings: &str, properties: &str, shape: &Shape) -> Result<Claim, ClaimError> {
     let mut claim = Claim::parse(name, settings, &shape.wrapper(properties))?;
+    claim.observe.iter_mut().for_each(|observe| observe.text = shape.filled(&observe.text));
     if name == "top" {
         let own = ["csr", "sequencer", "bank", "record_writer", "record_fifo"];
         let parts = wiring::part_modules(shape);
@@ -69,5 +92,3 @@ pub fn file_claim(name: &str, settings: &str, properties: &str, shape: &Shape) -
     }
     Ok(claim)
 }
-
-pub fn wiring_of(shape: &Shape) -> Claim { wiring::claim(shape) }

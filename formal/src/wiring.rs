@@ -1,8 +1,9 @@
 //! The claim about the connections of `hoverlock_top`, `hoverlock_core` and `extractor`, generated from a table that is
 //! written by hand (`claims/connections.txt`, its first lines say how).
 //!
-//! Every other part is abstracted: its outputs may have any value in each step. For each input of each part the claim says
-//! which value it has, in terms of outputs of parts and of inputs of the top. So it holds for any contents of the parts.
+//! Every other part is abstracted: its outputs may have any value in each step. For each input of each part the claim
+//! says which value it has, in terms of outputs of parts and of inputs of the top. So it holds for any contents of the
+//! parts.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -50,7 +51,7 @@ pub(crate) fn claim(shape: &Shape) -> Claim {
     }
 }
 
-/// Returns faults that the claim must detect: smoothers swapped, a marker without its row, another pulse, another count.
+/// Returns faults that the claim must detect: smoothers swapped, a marker without its row, another pulse and count.
 fn mutants() -> Vec<Mutant> {
     let mutant = |file: &str, from: &str, to: &str| Mutant { file: file.into(), from: from.into(), to: to.into() };
     vec![
@@ -88,7 +89,9 @@ pub(crate) fn part_modules(shape: &Shape) -> Vec<String> {
 
 /// Returns the lines of the table for a design, without comments, repetitions and placeholders.
 fn expanded(shape: &Shape) -> Vec<String> {
-    let (mut lines, mut block): (Vec<String>, Option<(Vec<usize>, Vec<&str>)>) = (Vec::new(), None);
+    let mut lines: Vec<String> = Vec::new();
+    // Pairs and lines of the block that has begun.
+    let mut block: Option<(Vec<usize>, Vec<&str>)> = None;
     for line in TABLE.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
         match (line, &mut block) {
             ("end", Some((pairs, of_block))) => {
@@ -171,8 +174,8 @@ fn properties(parts: &[Part], shape: &Shape) -> String {
         }
     }
     format!(
-        "// Generated from claims/connections.txt.\nmodule wiring_properties (input clock);\n  {}\n{signals}  hoverlock_top {DUT} \
-         (.clock(clock){ports});\n  reg begun = 0;\n  always @(posedge clock) begin\n    begun <= 1;\n    if (begun) \
+        "// Generated from claims/connections.txt.\nmodule wiring_properties (input clock);\n  {}\n{signals}  \
+         hoverlock_top {DUT} (.clock(clock){ports});\n  reg begun = 0;\n  always @(posedge clock) begin\n    begun <= 1;\n    if (begun) \
          begin\n{asserts}      flows: cover (video_ready && feature_valid);\n    end\n  end\nendmodule\n",
         shape.parameters()
     )

@@ -12,9 +12,9 @@ use hoverlock_formal::rounding::Subject;
 use hoverlock_formal::shipped;
 use serde::Serialize;
 
-use super::{Args, all, own_claim, sources};
+use super::{Args, all, own_claim, shape, sources, take_not_stated};
 use crate::Verdict;
-use crate::output::{print, print_json, shown, verdict, write_file};
+use crate::output::{print, print_json, quoted, say, shown, verdict, write_file};
 
 /// Head of the section of the results that lists coverage; it is the last one.
 const SECTION: &str = "\n## Coverage by mutations drawn by chance\n";
@@ -82,11 +82,14 @@ impl Classified {
 }
 
 pub fn run(args: &Args) -> Result<Verdict> {
-    let claims = match &args.properties {
+    let mut claims = match &args.properties {
         Some(properties) => only(own_claim(args, properties)?, &args.coverage)?,
-        None => named(&args.coverage)?,
+        None => named(args)?,
     };
     let sources = sources(args)?;
+    for name in take_not_stated(args, &mut claims, &sources)? {
+        say(&format!("{name}: not stated for this design"));
+    }
     let place = Place { sources: &sources, out: &args.out, limit: Duration::from_secs_f64(args.limit) };
     let mut scores = Vec::new();
     for claim in &claims {
@@ -131,6 +134,9 @@ fn repeat(args: &Args) -> String {
     } else if let Some(folder) = &args.rtl {
         text += &format!(" --rtl {}", shown(folder));
     }
+    if let Some(design) = &args.design {
+        text += &format!(" --design {}", quoted(Path::new(design)));
+    }
     format!("{text} --mutations {mutations} --seed {seed}")
 }
 
@@ -143,8 +149,8 @@ fn only(claim: Claim, names: &[String]) -> Result<Vec<Claim>> {
 }
 
 /// Returns the claims of these names.
-fn named(names: &[String]) -> Result<Vec<Claim>> {
-    let mut claims = shipped::claims()?;
+fn named(args: &Args) -> Result<Vec<Claim>> {
+    let (names, mut claims) = (&args.coverage, shipped::claims_of(&shape(args)?)?);
     for name in names {
         if Subject::ALL.iter().any(|subject| subject.name() == name) {
             bail!("--coverage {name}: this claim is about the numbers of a design; it has no module to mutate");
