@@ -175,8 +175,9 @@ fn properties(parts: &[Part], shape: &Shape) -> String {
     }
     format!(
         "// Generated from claims/connections.txt.\nmodule wiring_properties (input clock);\n  {}\n{signals}  \
-         hoverlock_top {DUT} (.clock(clock){ports});\n  reg begun = 0;\n  always @(posedge clock) begin\n    begun <= 1;\n    if (begun) \
-         begin\n{asserts}      flows: cover (video_ready && feature_valid);\n    end\n  end\nendmodule\n",
+         hoverlock_top {DUT} (.clock(clock){ports});\n  reg begun = 0;\n  always @(posedge clock) \
+         begin\n    begun <= 1;\n    if (begun) begin\n{asserts}      \
+         flows: cover (video_ready && feature_valid);\n    end\n  end\nendmodule\n",
         shape.parameters()
     )
 }
