@@ -59,6 +59,10 @@ module sequencer_properties (input clock);
   reg [`P+1:0] beat;
   wire used = \dut.stray | \dut.refuse | \dut.begins | \dut.takes ;
   wire pushed = valid & ready;
+  // Beats that were taken at the input and not used yet.
+  reg [2:0] beats = 3'd0;
+  always @(posedge clock)
+    beats <= reset ? 3'd0 : beats + {2'd0, pushed} - {2'd0, used};
   always @(posedge clock) begin
     begun <= 1;
     was_reset <= reset;
@@ -207,7 +211,10 @@ module sequencer_properties (input clock);
       // Proved of `csr`: the offered size changes only with `committed`.
       assume (reset || (new_width == was_new_width && new_height == was_new_height) || committed != was_committed);
       // Rules for beats.
-      count: assert (\dut.skid_count <= 2'd2);
+      count: assert (\dut.skid_count <= 2'd2 && beats == {1'b0, \dut.skid_count });
+      takes_beats: assert (ready == (\dut.skid_count != 2'd2));
+      takes_when: assert (\dut.takes == (\dut.state == FRAME && \dut.skid_count != 2'd0 && !first_beat && !stall));
+      pads_when: assert (\dut.pads == (\dut.state == PAD && !stall));
       front: assert (place != FRONT || (\dut.skid_count != 2'd0 && \dut.skid_front == beat));
       back: assert (place != BACK || (\dut.skid_count == 2'd2 && \dut.skid_back == beat));
       once: assert ({2'd0, \dut.stray } + {2'd0, \dut.refuse } + {2'd0, \dut.begins } + {2'd0, \dut.takes } <= 3'd1);
