@@ -37,12 +37,15 @@ module record_fifo_properties (input clock);
   // Records are inside and none is offered; this lasts for at most two clocks.
   wire idle = inside != 10'd0 & ~valid;
   reg idle_1 = 0, idle_2 = 0;
+  // A record was stored and none waited before the output.
+  reg was_movable = 0;
   wire chosen = write & choose & (place == NOT_YET);
   assign \dut.watched_address = at;
 
   always @(posedge clock) begin
     begun <= 1;
     was_reset <= reset;
+    was_movable <= ~reset & ~\dut.next_valid & \dut.waiting != 0;
     was_stalled <= stall & ~reset;
     {idle_2, idle_1} <= reset ? 2'b00 : {idle_1, idle};
     if (reset) begin
@@ -80,6 +83,7 @@ module record_fifo_properties (input clock);
       offers: assert (!(idle && idle_1 && idle_2));
       // Invariant: after one clock a record waits before the output.
       on_its_way: assert (!(idle && idle_1 && !was_reset) || \dut.next_valid );
+      moves_up: assert (!was_movable || \dut.next_valid );
       packets: assert (start_of_packet == !in_packet);
       told_room: assert (room == (\dut.waiting < `FIFO-16));
       told_stall: assert (stall == (\dut.waiting >= `FIFO-3));
