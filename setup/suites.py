@@ -4,12 +4,14 @@
     setup/suites.py                         every archive, on the Verilator of PATH
     setup/suites.py --only cocotbext-uart   some archives
     setup/suites.py --fast                  the third that takes the least time
+    setup/suites.py --flow pytest           with pytest in place of make
+    setup/suites.py --beside                in environments in which cocotb itself is installed too
     setup/suites.py --verilator PATH        on another Verilator
     setup/suites.py --record                stores the counts and reasons in docs/results.json, and writes docs/tables/suites.md
 
 Each archive is unpacked into a temporary folder. A fresh virtual environment has the harness and the packages that the archive
-asks for, without cocotb. Each folder with a Makefile of benches is run by `make`. The status is 1 if a suite passes fewer tests
-than `EXPECTED` says.
+asks for. Each folder with a Makefile of benches is run by `make`; with pytest, all benches of an archive by one call. The status
+is 1 if a suite passes fewer tests than `EXPECTED` says.
 """
 
 import argparse
@@ -21,6 +23,7 @@ import sys
 import tarfile
 import tempfile
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree import ElementTree
@@ -29,41 +32,44 @@ import results
 
 ROOT = Path(__file__).resolve().parent.parent
 ARCHIVES = Path(os.environ.get("HOVERLOCK_SUITES", ROOT.parent / "shared/suites"))
-TIMEOUT_S = 900
+TIMEOUT_S = {"make": 900, "pytest": 7200}
+JOBS = 2
 
 
 @dataclass
 class Suite:
-    """An archive, the Makefiles in it, and what it needs."""
+    """An archive, its Makefiles and its folder for pytest, and what they need."""
 
     makefiles: list[str]
     packages: list[str] = field(default_factory=list)  # from PyPI, without what they depend on
     own: list[str] = field(default_factory=list)  # folders of the archives that Python looks in, below the folder of all
     arguments: list[str] = field(default_factory=list)
+    pytest: str = ""  # the folder in which pytest finds the benches
 
 
 FORENCICH = ["cocotb-bus", "cocotb-test", "find_libpython"]
 AXI = [*FORENCICH, "cocotbext-axi==0.1.28"]
 GENERATED = [*AXI, "jinja2", "markupsafe"]  # some Makefiles generate their top by a script with Jinja
 SUITES = {
-    "cocotbext-uart": Suite(["tests/*/Makefile"], FORENCICH, ["cocotbext-uart"]),
-    "cocotbext-i2c": Suite(["tests/*/Makefile"], FORENCICH, ["cocotbext-i2c"]),
+    "cocotbext-uart": Suite(["tests/*/Makefile"], FORENCICH, ["cocotbext-uart"], pytest="tests"),
+    "cocotbext-i2c": Suite(["tests/*/Makefile"], FORENCICH, ["cocotbext-i2c"], pytest="tests"),
     "ttihp-verilog-template": Suite(["test/Makefile"]),
     "tinyqv-full-peripheral-template": Suite(["test/Makefile"]),
     "forastero": Suite(["examples/*/Makefile"], ["tabulate", "yappi"], ["forastero"]),
     "pyuvm": Suite(["examples/*/Makefile"], ["pyuvm"], ["pyuvm"], ["SIM=verilator"]),
-    "cocotbext-eth": Suite(["tests/*/Makefile"], [*AXI], ["cocotbext-eth"]),
-    "cocotbext-axi": Suite(["tests/*/Makefile"], FORENCICH, ["cocotbext-axi"]),
-    "cocotbext-spi": Suite(["tests/*/Makefile", "tests/*/*/*/Makefile"], FORENCICH, ["cocotbext-spi"]),
+    "cocotbext-eth": Suite(["tests/*/Makefile"], [*AXI], ["cocotbext-eth"], pytest="tests"),
+    "cocotbext-axi": Suite(["tests/*/Makefile"], FORENCICH, ["cocotbext-axi"], pytest="tests"),
+    "cocotbext-spi": Suite(["tests/*/Makefile", "tests/*/*/*/Makefile"], FORENCICH, ["cocotbext-spi"], pytest="tests"),
     "cocotb-2.0.1": Suite(["tests/test_cases/*/Makefile", "examples/*/tests/Makefile"], [], [], ["SIM=verilator"]),
-    "verilog-axis": Suite(["tb/*/Makefile"], GENERATED),
-    "verilog-axi": Suite(["tb/*/Makefile"], GENERATED),
+    "verilog-axis": Suite(["tb/*/Makefile"], GENERATED, pytest="tb"),
+    "verilog-axi": Suite(["tb/*/Makefile"], GENERATED, pytest="tb"),
 }
 FAST = ["cocotbext-uart", "cocotbext-i2c", "ttihp-verilog-template", "tinyqv-full-peripheral-template"]
-# The tests that pass at least, on every Verilator that the harness takes.
+# The tests that pass at least, on every Verilator that the harness takes, by the way in which they are run.
 EXPECTED = {
-    "cocotbext-uart": 2, "cocotbext-i2c": 1, "ttihp-verilog-template": 1, "tinyqv-full-peripheral-template": 1, "forastero": 8,
-    "pyuvm": 23, "cocotbext-eth": 75, "cocotbext-axi": 53, "cocotbext-spi": 148, "verilog-axis": 260, "verilog-axi": 404,
+    "cocotbext-uart": {"make": 2}, "cocotbext-i2c": {"make": 1}, "ttihp-verilog-template": {"make": 1},
+    "tinyqv-full-peripheral-template": {"make": 1}, "forastero": {"make": 8}, "pyuvm": {"make": 23}, "cocotbext-eth": {"make": 75},
+    "cocotbext-axi": {"make": 53}, "cocotbext-spi": {"make": 144}, "verilog-axis": {"make": 260}, "verilog-axi": {"make": 404},
 }  # fmt: skip
 
 # The reason of a failure by the first expression that its message, or the output of a run without results, has.
@@ -113,6 +119,8 @@ def main() -> int:
     parser.add_argument("--archives", type=Path, default=ARCHIVES)
     parser.add_argument("--only", nargs="+", choices=SUITES, default=list(SUITES))
     parser.add_argument("--fast", action="store_true")
+    parser.add_argument("--flow", choices=TIMEOUT_S, default="make")
+    parser.add_argument("--beside", action="store_true")
     parser.add_argument("--verilator", type=Path)
     parser.add_argument("--record", action="store_true")
     chosen = parser.parse_args()
@@ -120,16 +128,34 @@ def main() -> int:
         print(f"SKIPPED: the public benches: {chosen.archives} does not exist")
         return 0
     verilator = str(chosen.verilator or "verilator")
-    version = version_of(verilator)
+    run = Run(chosen.flow, chosen.beside, verilator, version_of(verilator))
     names = FAST if chosen.fast else chosen.only
+    if chosen.flow == "pytest":
+        names = [name for name in names if SUITES[name].pytest]
     with tempfile.TemporaryDirectory(prefix="hoverlock-suites-") as folder:
-        counts = {name: run_suite(name, Path(folder), chosen.archives, verilator) for name in names}
-    short = [name for name in names if counts[name].results["passed"] < EXPECTED.get(name, 0)]
+        counts = {name: run_suite(name, run, Path(folder), chosen.archives) for name in names}
+    expected = {name: EXPECTED.get(name, {}).get(chosen.flow, 0) for name in names}
+    short = [name for name in names if counts[name].results["passed"] < expected[name]]
     for name in short:
-        print(f"{name}: {counts[name].results['passed']} tests passed, {EXPECTED[name]} are expected", file=sys.stderr)
+        print(f"{name}: {counts[name].results['passed']} tests passed, {expected[name]} are expected", file=sys.stderr)
     if chosen.record:
-        record(counts, version)
+        record(counts, run)
     return 1 if short else 0
+
+
+@dataclass
+class Run:
+    """How benches are run."""
+
+    flow: str
+    beside: bool  # whether cocotb is installed too
+    verilator: str
+    version: str
+
+    @property
+    def way(self) -> str:
+        """The way as the table names it."""
+        return f"{self.flow}, beside cocotb" if self.beside else self.flow
 
 
 def version_of(verilator: str) -> str:
@@ -141,51 +167,77 @@ def version_of(verilator: str) -> str:
     return header.read_text().split('VERILATOR_VERSION "')[1].split()[0]
 
 
-def run_suite(name: str, folder: Path, archives: Path, verilator: str) -> Count:
-    """Runs the Makefiles of an archive and prints a line for each; returns the numbers of tests by result."""
+def run_suite(name: str, run: Run, folder: Path, archives: Path) -> Count:
+    """Runs the benches of an archive and prints a line for each Makefile; returns the numbers of tests by result."""
     suite = SUITES[name]
     with tarfile.open(archives / f"{name if name != 'cocotb-2.0.1' else 'cocotb-2.0.1-tests'}.tar.xz") as archive:
         archive.extractall(folder, filter="data")
-    environment = {**os.environ, "VERILATOR": verilator}
-    environment["PATH"] = f"{environment_of(name, suite, folder) / 'bin'}{os.pathsep}{environment['PATH']}"
+    environment = {**os.environ, "VERILATOR": run.verilator}
+    environment["PATH"] = f"{environment_of(suite.packages, run.beside, folder) / 'bin'}{os.pathsep}{environment['PATH']}"
     environment["PYTHONPATH"] = os.pathsep.join(str(folder / own) for own in suite.own)
+    if run.beside:
+        environment["HOVERLOCK_AS_COCOTB"] = "1"
     total = Count()
-    makefiles = sorted(path for pattern in suite.makefiles for path in (folder / name).glob(pattern))
-    for makefile in makefiles:
-        found = run_makefile(makefile.parent, suite.arguments, environment)
-        total.add(found)
-        print(f"{makefile.parent.relative_to(folder)}: {found}", flush=True)
+    if run.flow == "pytest":
+        total.add(run_pytest(folder / name / suite.pytest, environment))
+    else:
+        makefiles = sorted({path for pattern in suite.makefiles for path in (folder / name).glob(pattern)})
+        with ThreadPoolExecutor(JOBS) as pool:
+            counted = pool.map(lambda makefile: run_makefile(makefile.parent, suite.arguments, environment), makefiles)
+            for makefile, found in zip(makefiles, counted):
+                total.add(found)
+                print(f"{makefile.parent.relative_to(folder)}: {found}", flush=True)
     reasons = total.reasons_in_words()
     print(f"{name}: {total}{'; ' + reasons if reasons else ''}", flush=True)
     return total
 
 
-def environment_of(name: str, suite: Suite, folder: Path) -> Path:
-    """Creates a virtual environment with the harness and the suite's packages, and without cocotb."""
-    place = folder / f"venv-{name}"
+def environment_of(packages: list[str], beside: bool, folder: Path) -> Path:
+    """Returns a virtual environment with the harness and some packages, with or without cocotb."""
+    place = folder / f"venv-{'-'.join(packages)}"
+    if place.exists():
+        return place
     subprocess.run([sys.executable, "-m", "venv", place], check=True)
     install = [place / "bin/python", "-m", "pip", "install", "--quiet"]
     wheels = sorted((ROOT / "out/wheels").glob("hoverlock-*.whl"), key=lambda wheel: wheel.stat().st_mtime)
     if not wheels:
         raise SystemExit("no wheel in out/wheels: run `make wheel`")
-    subprocess.run([*install, wheels[-1], "pytest"], check=True)
-    if suite.packages:
-        subprocess.run([*install, "--no-deps", *suite.packages], check=True)
+    # The wheel comes last: both packages have the command `cocotb-config`.
+    subprocess.run([*install, "pytest", "pytest-xdist", *(["cocotb"] if beside else [])], check=True)
+    subprocess.run([*install, wheels[-1]], check=True)
+    if packages:
+        subprocess.run([*install, "--no-deps", *packages], check=True)
     return place
 
 
+def run_pytest(folder: Path, environment: dict[str, str]) -> Count:
+    """Runs pytest in a folder and counts its results."""
+    written = folder / "hoverlock-results.xml"
+    command = ["python", "-m", "pytest", "-q", "-n", str(JOBS), f"--junitxml={written}"]
+    return count_results(folder, written, *output_of(command, folder, environment, TIMEOUT_S["pytest"]))
+
+
 def run_makefile(folder: Path, arguments: list[str], environment: dict[str, str]) -> Count:
-    """Runs `make` in a folder and counts its results; a run without results counts as one failed test."""
+    """Runs `make` in a folder and counts its results."""
+    done = output_of(["make", *arguments], folder, {**environment, "PWD": str(folder)}, TIMEOUT_S["make"])
+    return count_results(folder, folder / "results.xml", *done)
+
+
+def output_of(command: list[str], folder: Path, environment: dict[str, str], limit_s: int) -> tuple[str, int]:
+    """Returns what a command prints, and its status: 1 after a time limit."""
     try:
         done = subprocess.run(
-            ["make", *arguments], cwd=folder, env={**environment, "PWD": str(folder)}, capture_output=True, text=True,
-            errors="replace", timeout=TIMEOUT_S,
+            command, cwd=folder, env=environment, capture_output=True, text=True, errors="replace", timeout=limit_s,
         )  # fmt: skip
-        text = done.stdout + done.stderr
     except subprocess.TimeoutExpired:
-        text = f"ended after {TIMEOUT_S} s"
+        return f"ended after {limit_s} s", 1
+    return done.stdout + done.stderr, done.returncode
+
+
+def count_results(folder: Path, written: Path, text: str, status: int) -> Count:
+    """Counts the results that a run has written, and prints a line for each failure. A run without results, or with another
+    status than its results, counts as one failed test."""
     found = Count()
-    written = folder / "results.xml"
     if not written.is_file():
         print(f"  {folder.name}: {reason_of(text)}: {line_of_error(text)}")
         found.fail(text)
@@ -193,11 +245,14 @@ def run_makefile(folder: Path, arguments: list[str], environment: dict[str, str]
     for case in ElementTree.parse(written).iter("testcase"):
         failures = [*case.findall("failure"), *case.findall("error")]
         if failures:
-            message = failures[0].get("message") or failures[0].text or ""
+            message = f"{failures[0].get('message') or ''}\n{failures[0].text or ''}"
             found.fail(message)
-            print(f"  {folder.name}.{case.get('name')}: {reason_of(message)}: {message.splitlines()[:1]}")
+            print(f"  {folder.name}.{case.get('name')}: {reason_of(message)}: {message.strip().splitlines()[:1]}")
         else:
             found.results["passed" if case.find("skipped") is None else "skipped"] += 1
+    if status and not found.results["failed"]:
+        print(f"  {folder.name}: status {status}, and no failed test")
+        found.fail(f"status {status}")
     return found
 
 
@@ -207,33 +262,37 @@ def line_of_error(text: str) -> str:
     return lines[0] if lines else "no results"
 
 
-def record(counts: dict[str, Count], version: str) -> None:
+def record(counts: dict[str, Count], run: Run) -> None:
     """Stores the counts with the command that repeats them, and writes the table's template."""
     for name, count in counts.items():
+        values = {kind: count.results[kind] for kind in KINDS}
         results.record(
-            {key_of(name, version): {**{kind: count.results[kind] for kind in KINDS}, "reasons": count.reasons_in_words()}},
+            {key_of(name, run.version, run.way): {**values, "reasons": count.reasons_in_words()}},
             figure=f"tests of {name} as shipped",
             unit="tests",
-            conditions=f"Verilator {version}, without cocotb",
+            conditions=f"Verilator {run.version}, {run.way}",
             command="make suites",
         )
     write_template()
 
 
-def key_of(name: str, version: str) -> str:
+def key_of(name: str, version: str, way: str) -> str:
     """Returns the key of a suite's counts in docs/results.json."""
-    return f"harness.suites.{re.sub('[.-]', '_', name)}.v{version.replace('.', '_')}"
+    words = [re.sub("[.-]", "_", name), f"v{version.replace('.', '_')}", re.sub("[ ,]+", "_", way)]
+    return ".".join(["harness.suites", *words])
 
 
 def write_template() -> None:
-    """Writes docs/tables/suites.md with a row for each suite and Verilator that have counts."""
+    """Writes docs/tables/suites.md with a row for each suite, Verilator and way that have counts."""
     known = json.loads((ROOT / results.RESULTS).read_text())
-    lines = ["| suite, as shipped, by `make` | Verilator | passed | failed | skipped | reasons of the failures |", "|---|---|---|---|---|---|"]
+    lines = ["| suite, as shipped | Verilator | by | passed | failed | skipped | reasons of the failures |", "|" + "---|" * 7]
     for name in SUITES:
-        prefix = key_of(name, "")
+        prefix = key_of(name, "", "").removesuffix(".")
         for key in sorted(key for key in known if key.startswith(prefix)):
+            version, way = key.removeprefix(prefix).split(".")
+            words = way.replace("_beside_", ", beside ")
             values = [f"{{{{ {key}.{kind} }}}}" for kind in (*KINDS, "reasons")]
-            lines.append(f"| {name} | {key.removeprefix(prefix).replace('_', '.')} | {' | '.join(values)} |")
+            lines.append(f"| {name} | {version.replace('_', '.')} | {words} | {' | '.join(values)} |")
     results.write(ROOT / results.TABLES / "suites.md", "\n".join(lines) + "\n")
 
 

@@ -17,7 +17,7 @@ import pytest
 
 import hoverlock
 import hoverlock.cocotb as cocotb
-from hoverlock import Clock, ClockCycles, Design, First, ReadOnly, RisingEdge, Session, Timer, deprecated, simulate, start_soon
+from hoverlock import Clock, ClockCycles, Design, First, ReadOnly, RisingEdge, Session, Timer, deprecated, simulate, start_soon, writes
 from hoverlock.cocotb.handle import Force, Freeze, Release
 from hoverlock.cocotb.types import LogicArray
 
@@ -140,13 +140,35 @@ async def timer_at_an_edge(dut: Any) -> None:
 
 
 @row(
-    "invalid writes", "some are silent",
-    "an error: a write to an output, in `ReadOnly`, or of a value that does not fit",
+    "writes to outputs of the top", "the value stays until the design assigns it again",
+    "the same under the alias, with one warning for each signal; otherwise an error",
 )  # fmt: skip
-@bench()
-async def invalid_writes(dut: Any) -> None:
+def writes_to_outputs() -> None:
+    writes.set_deposits_on_outputs(True)
+    try:
+        simulate(counter, _deposits)
+    finally:
+        writes.set_deposits_on_outputs(False)
+    simulate(counter, _is_refused)
+
+
+async def _deposits(dut: Any) -> None:
+    dut.count.value, dut.enable.value, dut.step.value = 5, 1, 3
+    await Timer(1, "ns")
+    assert dut.count.value == 5
+    Clock(dut.clk, 10, "ns").start()
+    await Timer(1, "ns")
+    assert dut.count.value == 8
+
+
+async def _is_refused(dut: Any) -> None:
     with pytest.raises(hoverlock.NotWritable):
         dut.count.value = 1
+
+
+@row("invalid writes", "some are silent", "an error: a write in `ReadOnly`, or of a value that does not fit")
+@bench()
+async def invalid_writes(dut: Any) -> None:
     with pytest.raises(hoverlock.RangeError):
         dut.step.value = 256
     await ReadOnly()
@@ -180,13 +202,14 @@ async def wrong_name(dut: Any) -> None:
 @row(
     "internals", "all visible, or none",
     "those named in `Design(..., internals=[\"u_core.state\"])`, also in generate blocks; all of a top without "
-    "ports. With cocotb's runner, a bench that needs one is run again on a model with all. Not accessible: "
-    "signals of interfaces, classes, queues, events",
+    "ports. Under the alias, a bench that needs one is run again on a model with all. Not accessible: classes, "
+    "queues, events, and an interface by the name of a module's port",
     "a model with everything accessible is a third slower if it is small, and 3.7 times slower if it is large",
 )  # fmt: skip
 @bench(generated)
 async def internals(dut: Any) -> None:
-    assert "state" in dut and "q" in dut.lane[2] and not {"numbers", "tick", "link", "i"} & set(dut._children)
+    assert "state" in dut and "q" in dut.lane[2] and not {"numbers", "tick", "i"} & set(dut._children)
+    assert dut.link.data.value == 0 and "out" not in dut.u_counts
 
 
 @row(

@@ -65,7 +65,7 @@ def main(arguments: list[str] | None = None, reporter: Reporter | None = None) -
     if chosen.junit:
         chosen.junit = os.path.abspath(chosen.junit)  # a bench may change the folder
         # The results of an earlier run are not those of a run that ends early.
-        with contextlib.suppress(FileNotFoundError):
+        with contextlib.suppress(FileNotFoundError, IsADirectoryError):
             os.remove(chosen.junit)
         reporter.results_go_to(chosen.junit, chosen.as_cocotb)
     results: list[Result] = []
@@ -113,7 +113,10 @@ def main(arguments: list[str] | None = None, reporter: Reporter | None = None) -
     if failure is not None:
         results.append(failed_run(failure))
     if chosen.junit and results:
-        write_junit(results, chosen.junit, errors_are_failures=chosen.as_cocotb)
+        try:
+            write_junit(results, chosen.junit, errors_are_failures=chosen.as_cocotb)
+        except OSError as error:
+            sys.exit(f"hoverlock: the results cannot be written: {error}")  # the supervisor writes what it knows, if it can
     if not results:
         print("hoverlock: no tests were found", file=sys.stderr)
         return 2

@@ -390,7 +390,13 @@ def compile(
 
 class Simulation:
     def __init__(
-        self, library: Library, *, seed: int = 0, plusargs: Iterable[str] = (), edges_after_eval: bool = False
+        self,
+        library: Library,
+        *,
+        seed: int = 0,
+        plusargs: Iterable[str] = (),
+        edges_after_eval: bool = False,
+        deposits_on_outputs: bool = False,
     ) -> None: ...
     def handles(self) -> list[tuple[str, Handle | ArrayHandle | RealHandle | TextHandle]]: ...
     def no_such_signal(self, name: str) -> AttributeError: ...

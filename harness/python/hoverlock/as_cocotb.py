@@ -3,7 +3,8 @@
     pytest -p hoverlock.as_cocotb test_adder.py
     python -m hoverlock --as-cocotb test_adder.py --hoverlock-source adder.v --hoverlock-top adder
 
-cocotb need not be installed. If it is, programs that do not use the alias import it as before.
+Where cocotb is not installed, the first `import cocotb` of any program installs the alias (`hoverlock_cocotb.py`). Where it
+is, programs that do not use the alias import cocotb as before; HOVERLOCK_AS_COCOTB=1 makes all of them use it.
 
 >>> import hoverlock
 >>> hoverlock.as_cocotb()
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from importlib.abc import Loader
     from importlib.machinery import ModuleSpec
 
-__all__ = ["install"]
+__all__ = ["find_spec", "install"]
 
 VERSIONS = {"1.9": "1.9.2", "2.1": "2.1.0"}
 """The versions of cocotb that the alias can follow, and the value of ``cocotb.__version__``."""
@@ -77,6 +78,14 @@ class _Finder:
         return _spec_of(fullname, own)
 
 
+def find_spec(fullname: str) -> ModuleSpec | None:
+    """Returns the specification that the alias has for a module, or None.
+
+    >>> find_spec("cocotb.triggers")
+    """
+    return _Finder().find_spec(fullname)
+
+
 def _spec_of(fullname: str, own: str) -> ModuleSpec:
     """Returns the specification of a module here by another name."""
     from importlib.machinery import ModuleSpec
@@ -120,18 +129,24 @@ def install(version: str | None = None) -> None:
         raise ValueError(f"no version '{asked}' of cocotb's names: {' or '.join(VERSIONS)}")
     import logging
 
-    from . import _core, cocotb, deprecated, unknown
+    from . import _core, cocotb, deprecated, unknown, writes
 
     for name in (*_NAMES, _STARTER):
         loaded = sys.modules.get(name)
-        if loaded is not None and not str(loaded.__name__).startswith("hoverlock."):
-            raise HoverlockError(f"{name} was imported before hoverlock.as_cocotb(): call it first")
+        if loaded is None or str(loaded.__name__).startswith("hoverlock."):
+            continue
+        if name == _STARTER and getattr(loaded.__spec__, "_initializing", False):
+            # It is being imported, and has just asked for cocotb: the import returns what it finds here at its end.
+            sys.modules[name] = importlib.import_module(f"hoverlock.{name}")
+            continue
+        raise HoverlockError(f"{name} was imported before hoverlock.as_cocotb(): call it first")
     if not any(isinstance(finder, _Finder) for finder in sys.meta_path):
         sys.meta_path.insert(0, _Finder())
     cocotb.__version__ = VERSIONS[asked]
     cocotb._alias = True
     _core.count_bits_from_left(asked == "1.9")
     deprecated.switch(asked != "1.9")
+    writes.set_deposits_on_outputs(True)
     resolve = os.environ.get("COCOTB_RESOLVE_X", "ZEROS").upper()
     if resolve not in _UNKNOWN:
         raise ValueError(f"COCOTB_RESOLVE_X={resolve}: {', '.join(_UNKNOWN)}")

@@ -70,7 +70,7 @@ def arguments_of(words: Iterable[str]) -> list[str]:
         if word.startswith("@") and word[1:] in given:
             section = word[1:]
         elif section:
-            given[section].append(word)
+            given[section] += [word] if word else []  # quotes around nothing, as in EXTRA_ARGS += ""
         else:
             raise HoverlockError(f"make {word}: one of {', '.join('@' + name for name in SECTIONS)} comes first")
     if given["language"][:1] == ["vhdl"]:

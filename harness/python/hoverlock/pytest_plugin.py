@@ -137,12 +137,16 @@ def _marked(test: Any) -> list[Any]:
 
 
 def _is_for_the_runner(collector: Any, test: Any) -> bool:
-    """Returns whether the module runs its coroutines from a plain test, with cocotb's runner or with cocotb-test. Such a module
-    names no design."""
+    """Returns whether the module's benches are not tests of pytest: a plain test runs them, with cocotb's runner or with
+    cocotb-test, in this module or in another one. Under the alias these are all benches without a design."""
     if test.design is not None or getattr(collector.obj, "design", None) is not None:
         return False
     if collector.config.getoption("--hoverlock-top") is not None:
         return False
+    from . import cocotb
+
+    if cocotb._alias:
+        return True
     from .cocotb.runner import Verilator, get_runner
 
     starter = sys.modules.get("hoverlock.cocotb_test.simulator")

@@ -13,7 +13,7 @@ from collections.abc import Callable, Coroutine, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Literal
 
-from . import _core, hierarchy, unknown
+from . import _core, hierarchy, unknown, writes
 from .design import Design
 from .errors import SimTimeoutError, SimulationError
 from .transfer import Pause, TransferOptions, TransferReport
@@ -296,7 +296,11 @@ def _listener(time: int, level: int, source: str, text: str) -> None:
 def _instance(design: Design, seed: int) -> tuple[_core.Simulation, hierarchy.Hierarchy]:
     library = design.compile()
     simulation = _core.Simulation(
-        library, seed=seed, plusargs=list(design.plusargs), edges_after_eval=design.edges_after_eval
+        library,
+        seed=seed,
+        plusargs=list(design.plusargs),
+        edges_after_eval=design.edges_after_eval,
+        deposits_on_outputs=writes.deposits_on_outputs(),
     )
     return simulation, hierarchy.build(library.top, simulation, library.constants)
 

@@ -11,6 +11,7 @@ import os
 import select
 import signal
 import sys
+import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +22,9 @@ __all__ = ["Reporter", "supervise"]
 
 # Seconds after which the parent looks whether the child has ended, although another process holds its pipe open.
 _LOOK_AGAIN_S = 0.5
+# Seconds that a child has to end after it has reported its status. A thread that the bench has left behind would hold it for
+# any time.
+_END_S = 5.0
 
 
 class Reporter:
@@ -84,9 +88,13 @@ def supervise(main: Callable[[Reporter], int]) -> int:
 
 
 def _messages(pipe: int, child: int) -> tuple[bytes, int | None]:
-    """Reads to the end of the pipe or of the child. The second value is the child's status if it was waited for."""
+    """Reads to the end of the pipe or of the child. The second value is the child's status if it was waited for; a child that
+    does not end after it has reported its status is killed."""
     text = b""
+    limit: float | None = None
     while True:
+        if limit is None and b'"status"' in text:
+            limit = time.monotonic() + _END_S
         ready, _, _ = select.select([pipe], [], [], _LOOK_AGAIN_S)
         if ready:
             more = os.read(pipe, 1 << 16)
@@ -97,6 +105,10 @@ def _messages(pipe: int, child: int) -> tuple[bytes, int | None]:
         ended, status = os.waitpid(child, os.WNOHANG)
         if ended:
             return text, status
+        if limit is not None and time.monotonic() > limit:
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+            return text, 0
 
 
 def _write_what_is_known(messages: list[dict[str, Any]], text: str) -> int:
@@ -115,11 +127,15 @@ def _write_what_is_known(messages: list[dict[str, Any]], text: str) -> int:
             name, module, seed, seconds, skipped, error, report = message["done"]
             failure = None if error is None else HoverlockError(report.strip().rpartition("\n")[2] or error)
             results.append(Result(name, module, seed, seconds, error is None and skipped is None, skipped, failure, report))
+            begun = ("hoverlock", "run")
         elif "module" in message:
             begun = (message["module"], message["name"])
     module, name = begun
     results.append(Result(name or module or "run", module, 0, 0.0, False, None, HoverlockError(text), text))
     print(f"FAIL {module}.{name}: {text}" if name else f"FAIL {module}: {text}", flush=True)
     if path is not None:
-        write_junit(results, path, errors_are_failures=errors_are_failures)
+        try:
+            write_junit(results, path, errors_are_failures=errors_are_failures)
+        except OSError as error:
+            print(f"hoverlock: the results cannot be written: {error}", file=sys.stderr)
     return 1

@@ -7,7 +7,25 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = ["Deposit", "Force", "Freeze", "Immediate", "Release"]
+__all__ = ["Deposit", "Force", "Freeze", "Immediate", "Release", "deposits_on_outputs", "set_deposits_on_outputs"]
+
+_deposits_on_outputs = False
+
+
+def set_deposits_on_outputs(yes: bool) -> None:
+    """Sets whether a write to an output of the top is a deposit, from the next simulation on: the output has the value
+    written until the design assigns it again, and a warning is logged once for each signal. Without it, such a write raises
+    `NotWritable`.
+
+    >>> set_deposits_on_outputs(True)
+    """
+    global _deposits_on_outputs
+    _deposits_on_outputs = yes
+
+
+def deposits_on_outputs() -> bool:
+    """Returns whether a write to an output of the top is a deposit."""
+    return _deposits_on_outputs
 
 
 class Deposit:

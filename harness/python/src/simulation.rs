@@ -37,13 +37,14 @@ struct Inner {
 #[pymethods]
 impl Simulation {
     #[new]
-    #[pyo3(signature = (library, *, seed = 0, plusargs = vec![], edges_after_eval = false))]
+    #[pyo3(signature = (library, *, seed = 0, plusargs = vec![], edges_after_eval = false, deposits_on_outputs = false))]
     fn new(
         py: Python<'_>,
         library: &Library,
         seed: u64,
         plusargs: Vec<String>,
         edges_after_eval: bool,
+        deposits_on_outputs: bool,
     ) -> PyResult<Simulation> {
         let options = InstanceOptions { seed, plusargs };
         let model = library.library.instance_with(&options).map_err(|e| errors::of_model(&e))?;
@@ -51,6 +52,7 @@ impl Simulation {
         if edges_after_eval {
             sim.set_edge_order(EdgeOrder::AfterEval);
         }
+        sim.deposit_on_outputs(deposits_on_outputs);
         let interrupt = Rc::new(RefCell::new(None));
         let slot = interrupt.clone();
         sim.set_interrupt(move || match gil::pause() {

@@ -66,7 +66,7 @@ pub enum ModelError {
     /// The signal exists, but is of a type that cannot be accessed.
     #[error(
         "'{name}' of '{top}' cannot be accessed: only vectors, arrays of vectors, `real` and internal `string` can, \
-         not queues, events, interfaces and classes, and of an unpacked structure inside the design its fields alone, \
+         not queues, events and classes, and of an unpacked structure inside the design its fields alone, \
          '{name}.field'"
     )]
     NotReachable { name: String, top: String },

@@ -9,6 +9,7 @@
 
 from __future__ import annotations
 
+import random
 from typing import Any
 
 from .. import log as _log
@@ -56,6 +57,7 @@ __all__ = [
     "parametrize",
     "pass_test",
     "queue",
+    "random",
     "regression",
     "result",
     "simtime",

@@ -15,11 +15,18 @@ from typing import Any
 from .. import testing
 from .._core import Task, start_soon
 from ..triggers import First
+from ._bridge import bridge as external
+from ._bridge import resume as function
 from .result import ReturnValue
 
-__all__ = ["RunningTask", "coroutine", "skipif", "test", "xfail"]
+__all__ = ["RunningTask", "coroutine", "external", "function", "public", "skipif", "test", "xfail"]
 
-RunningTask = RunningCoroutine = Task
+RunningTask = RunningCoroutine = RunningTest = Task
+
+
+def public(function: Any) -> Any:
+    """Returns the function itself; cocotb 1 listed it in its documents."""
+    return function
 
 
 def coroutine(function: Any) -> Any:

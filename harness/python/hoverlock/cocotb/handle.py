@@ -13,6 +13,7 @@ from typing import Any
 from .. import hierarchy
 from .._core import ArrayHandle, Bits, Element, Handle, RealHandle, TextHandle
 from ..writes import Deposit, Force, Freeze, Immediate, Release
+from .types import Logic, LogicArray
 
 __all__ = [
     "ArrayObject",
@@ -26,6 +27,8 @@ __all__ = [
     "HierarchyObject",
     "Immediate",
     "IntegerObject",
+    "Logic",
+    "LogicArray",
     "LogicArrayObject",
     "LogicObject",
     "ModifiableObject",

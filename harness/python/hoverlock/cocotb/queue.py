@@ -2,4 +2,6 @@
 
 from ..queue import LifoQueue, PriorityQueue, Queue, QueueEmpty, QueueFull
 
-__all__ = ["LifoQueue", "PriorityQueue", "Queue", "QueueEmpty", "QueueFull"]
+__all__ = ["AbstractQueue", "LifoQueue", "PriorityQueue", "Queue", "QueueEmpty", "QueueFull"]
+
+AbstractQueue = Queue

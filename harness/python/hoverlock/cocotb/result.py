@@ -27,6 +27,14 @@ class TestFailure(AssertionError):
     __test__ = False
 
 
+class ExternalException(Exception):
+    """An error in a thread of ``external``, by cocotb 1's name."""
+
+    def __init__(self, exception: BaseException) -> None:
+        super().__init__(exception)
+        self.exception = exception
+
+
 class TestError(Exception):
     """An error of the bench rather than of the design."""
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from typing import Literal
 
 from ..utils import _UNITS
-from .utils import get_sim_steps, get_sim_time, get_time_from_sim_steps
+from .utils import _get_log_time_scale, get_sim_steps, get_sim_time, get_time_from_sim_steps
 
 __all__ = ["RoundMode", "TimeUnit", "convert", "get_sim_steps", "get_sim_time", "get_time_from_sim_steps", "time_precision"]
 
@@ -25,8 +24,3 @@ def convert(value: float, unit: TimeUnit, *, to: TimeUnit, round_mode: RoundMode
     if to == "step":
         return get_sim_steps(value, unit, round_mode=round_mode)
     return value * _UNITS[unit] / _UNITS[to]
-
-
-def _get_log_time_scale(unit: str) -> int:
-    """Returns a unit of time as a power of ten, in seconds: -9 for ``"ns"``."""
-    return time_precision if unit == "step" else round(math.log10(_UNITS[unit] / _UNITS["sec"]))

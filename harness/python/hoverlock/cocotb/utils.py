@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from functools import cached_property as lazy_property
 
 from ..deprecated import advise
 from ..utils import _UNITS
 from ..utils import get_sim_time as _get_sim_time
 from .log import want_color_output
 
-__all__ = ["get_sim_steps", "get_sim_time", "get_time_from_sim_steps", "want_color_output"]
+__all__ = ["get_sim_steps", "get_sim_time", "get_time_from_sim_steps", "hexdiffs", "hexdump", "lazy_property", "want_color_output"]
 
 
 def get_sim_time(unit: str = "step", *, units: str | None = None) -> float:
@@ -53,3 +54,42 @@ def get_time_from_sim_steps(steps: int, unit: str | None = None, *, units: str |
     if units is not None:
         advise("get_time_from_sim_steps(units)")
     return steps * _UNITS["step"] / _UNITS[units or unit or "step"]
+
+
+def hexdump(x: bytes | str) -> str:
+    """Returns bytes as lines of 16: the offset, the bytes, and their printable characters.
+
+    >>> print(hexdump(b"hello"))
+    0000   68 65 6C 6C 6F                                     hello
+    """
+    data = x.encode("latin-1") if isinstance(x, str) else bytes(x)
+    lines = []
+    for at in range(0, len(data), 16):
+        part = data[at : at + 16]
+        printable = "".join(chr(byte) if 32 <= byte < 127 else "." for byte in part)
+        lines.append(f"{at:04x}   {' '.join(f'{byte:02X}' for byte in part):<48}   {printable}\n")
+    return "".join(lines)
+
+
+def hexdiffs(x: bytes | str, y: bytes | str) -> str:
+    """Returns the lines of two dumps that differ, those of ``x`` before those of ``y``.
+
+    >>> print(hexdiffs(b"hello", b"hallo"))
+    """
+    lines = []
+    dumps = [hexdump(side).splitlines() for side in (x, y)]
+    for at in range(max(map(len, dumps))):
+        pair = [dump[at] if at < len(dump) else "" for dump in dumps]
+        if pair[0] != pair[1]:
+            lines += [f"{mark} {line}\n" for mark, line in zip("-+", pair) if line]
+    return "".join(lines)
+
+
+def _get_simulator_precision() -> int:
+    """Returns the time precision as a power of ten, in seconds: -12, a picosecond."""
+    return -12
+
+
+def _get_log_time_scale(unit: str) -> int:
+    """Returns a unit of time as a power of ten, in seconds: -9 for ``"ns"``."""
+    return _get_simulator_precision() if unit == "step" else round(math.log10(_UNITS[unit] / _UNITS["sec"]))

@@ -5,25 +5,17 @@
 
 from __future__ import annotations
 
-import logging
 import os
-import shlex
-import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 from ..makefile import arguments_of
+from ..process import failures_in, run_command
 
 __all__ = ["Icarus", "Simulator", "Verilator", "run"]
-
-log = logging.getLogger("cocotb")
-
-# Seconds after a run was asked to end until it is killed.
-_END_S = 5.0
 
 
 class Simulator:
@@ -105,35 +97,14 @@ class Simulator:
         arguments = arguments_of([*self.words, "@results", results])
         if self.compile_only:
             arguments.insert(0, "--build-only")
-        path = os.pathsep.join([*sys.path, *self.search])
-        environment = {**self.environment, **os.environ, "PYTHONPATH": path, "COCOTB_RESULTS_FILE": results}
-        command = [sys.executable, "-m", "hoverlock", *arguments]
-        log.info("runs %s", shlex.join(command))
-        process = subprocess.Popen(
-            command, cwd=self.work_folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-            errors="replace",
-        )  # fmt: skip
-        try:
-            assert process.stdout is not None
-            for line in process.stdout:
-                print(line, end="")
-            status = process.wait()
-        except BaseException:
-            process.terminate()
-            try:
-                process.wait(_END_S)
-            except subprocess.TimeoutExpired:
-                process.kill()
-            raise
+        search = os.pathsep.join([*sys.path, *self.search])
+        environment = {**self.environment, **os.environ, "PYTHONPATH": search, "COCOTB_RESULTS_FILE": results}
+        status = run_command(arguments, folder=self.work_folder, environment=environment)
         if self.compile_only and status == 0:
             return results
         if not os.path.isfile(results) or not os.path.getsize(results):
             raise SystemExit(f"the run ended with status {status} and without results")
-        failed = [
-            f"{case.get('classname')}.{case.get('name')}"
-            for case in ElementTree.parse(results).iter("testcase")
-            if case.find("failure") is not None or case.find("error") is not None
-        ]
+        failed = failures_in(results)
         if failed or status:
             raise SystemExit(f"failed: {', '.join(failed)}" if failed else f"the run ended with status {status}")
         return results

@@ -3,6 +3,28 @@
 >>> from hoverlock.cocotb_tools.runner import get_runner
 """
 
-from ..cocotb.runner import Verilator, get_results, get_runner
+from ..cocotb.runner import (
+    VHDL,
+    ActiveHDL,
+    Dsim,
+    Ghdl,
+    Icarus,
+    Nvc,
+    Questa,
+    QuestaQIS,
+    Riviera,
+    Runner,
+    Vcs,
+    Verilator,
+    VerilatorControlFile,
+    Verilog,
+    Xcelium,
+    get_abs_path,
+    get_results,
+    get_runner,
+)
 
-__all__ = ["Verilator", "get_results", "get_runner"]
+__all__ = [
+    "VHDL", "ActiveHDL", "Dsim", "Ghdl", "Icarus", "Nvc", "Questa", "QuestaQIS", "Riviera", "Runner", "Vcs", "Verilator",
+    "VerilatorControlFile", "Verilog", "Xcelium", "get_abs_path", "get_results", "get_runner",
+]  # fmt: skip

@@ -10,7 +10,7 @@ import re
 from functools import total_ordering
 
 __all__ = [
-    "ActivehdlVersion", "CvcVersion", "DSimVersion", "GhdlVersion", "IcarusVersion", "ModelsimVersion", "NvcVersion", "QuestaVersion",
+    "ActivehdlVersion", "CvcVersion", "DSimVersion", "GhdlVersion", "IcarusVersion", "IusVersion", "ModelsimVersion", "NvcVersion", "QuestaVersion",
     "RivieraVersion", "VcsVersion", "VerilatorVersion", "XceliumVersion",
 ]  # fmt: skip
 
@@ -45,4 +45,4 @@ class VerilatorVersion:
 
 # The classes for other simulators: benches create them for comparisons that they make on those simulators only.
 ActivehdlVersion = CvcVersion = DSimVersion = GhdlVersion = IcarusVersion = ModelsimVersion = VerilatorVersion
-NvcVersion = QuestaVersion = RivieraVersion = VcsVersion = XceliumVersion = VerilatorVersion
+IusVersion = NvcVersion = QuestaVersion = RivieraVersion = VcsVersion = XceliumVersion = VerilatorVersion

@@ -1,4 +1,4 @@
-// What a public module may declare that is no number: loop variables, interface references, events, queues, classes.
+// What a public module may declare that is no number: loop variables, references to interfaces, events, queues, classes.
 interface beats(input logic clk);
     logic [7:0] data;
     modport source(input clk, output data);

@@ -76,7 +76,7 @@ impl Signal {
     #[inline(always)]
     pub fn set(&self, value: u64) -> Result<(), ModelError> {
         if value & !self.mask != 0 || !self.writable {
-            return Err(self.refused(value));
+            self.check_unusual(value)?;
         }
         self.core.write(self.id.index() as u32, value)
     }
@@ -104,17 +104,19 @@ impl Signal {
         self.core.model.borrow().info(self.id).item(self.get()).map(str::to_owned)
     }
 
+    /// Returns the error of a write of a value that does not fit, or to a signal that a bench may not write.
     #[cold]
-    fn refused(&self, value: u64) -> ModelError {
+    fn check_unusual(&self, value: u64) -> Result<(), ModelError> {
         let model = self.core.model.borrow();
         let info = model.info(self.id);
         if !self.writable {
-            return model.not_writable(info);
+            self.core.check_written(&model, self.id)?;
         }
-        match info.check_unsigned(value) {
-            Err(error) => error,
-            Ok(()) => ModelError::TooWide { signal: info.name.clone(), width: info.width },
+        if value & !self.mask != 0 {
+            info.check_unsigned(value)?;
+            return Err(ModelError::TooWide { signal: info.name.clone(), width: info.width });
         }
+        Ok(())
     }
 
     /// Waits for the change from 0 to 1.
@@ -271,11 +273,8 @@ impl Wide {
     /// As [`Signal::set`].
     pub fn set(&self, words: &[u32]) -> Result<(), ModelError> {
         let model = self.core.model.borrow();
-        let info = model.info(self.id);
-        if !model.is_writable(info) {
-            return Err(model.not_writable(info));
-        }
-        info.check_words(words)?;
+        self.core.check_written(&model, self.id)?;
+        model.info(self.id).check_words(words)?;
         drop(model);
         self.core.write_words(self.id.index() as u32, words)
     }
@@ -514,8 +513,7 @@ impl Memory {
     }
 
     fn check_writable(&self) -> Result<(), ModelError> {
-        let model = self.core.model.borrow();
-        if model.is_writable(&self.info) { Ok(()) } else { Err(model.not_writable(&self.info)) }
+        self.core.check_written(&self.core.model.borrow(), self.id)
     }
 
     /// Returns all elements of at most 64 bits, lowest index first; of wider ones, their lowest 32 bits; of `real`s,

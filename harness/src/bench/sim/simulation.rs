@@ -56,6 +56,13 @@ impl Sim {
         self.core.defers_writes.set(on);
     }
 
+    /// Sets whether a write to an output of the top is a deposit, as in cocotb: the output has the value written until
+    /// the design assigns it again, and a warning is logged once for each signal. Off by default: such a write is
+    /// [`ModelError::NotWritable`](crate::ModelError::NotWritable).
+    pub fn deposit_on_outputs(&self, on: bool) {
+        self.core.deposits_on_outputs.set(on);
+    }
+
     /// Sets a function that is called every few milliseconds during a run. If it returns `true`, the run ends with
     /// [`SimError::Interrupted`](crate::SimError::Interrupted).
     pub fn set_interrupt(&self, asked: impl FnMut() -> bool + 'static) {

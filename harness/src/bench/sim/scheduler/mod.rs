@@ -38,7 +38,7 @@ use crate::bench::sim::log::{Level, Log};
 use crate::bench::sim::task::TaskId;
 use crate::bench::sim::{EdgeOrder, Limits, Region};
 use crate::engine::error::ModelError;
-use crate::engine::model::{Message, Model, has_words, load, load_words};
+use crate::engine::model::{Direction, Message, Model, SignalId, has_words, load, load_words};
 use crate::engine::time::Time;
 use crate::engine::wave::Waves;
 
@@ -140,6 +140,10 @@ pub(crate) struct Core {
     main_ended: Cell<bool>,
     max_rounds: Cell<u32>,
     warned: RefCell<Vec<u32>>,
+    /// Whether a write to an output is a deposit rather than an error.
+    pub deposits_on_outputs: Cell<bool>,
+    /// The outputs of which a deposit was reported.
+    deposited: RefCell<Vec<SignalId>>,
     pub waves: RefCell<Waves>,
     has_waves: Cell<bool>,
     evaluations: Cell<u64>,
@@ -194,6 +198,8 @@ impl Core {
             max_rounds: Cell::new(Limits::default().rounds),
             error: RefCell::default(),
             warned: RefCell::default(),
+            deposits_on_outputs: Cell::new(false),
+            deposited: RefCell::default(),
             waves: RefCell::default(),
             has_waves: Cell::new(false),
             evaluations: Cell::new(0),
@@ -221,6 +227,24 @@ impl Core {
 
     pub fn signal_name(&self, signal: u32) -> String {
         self.model.borrow().all_signals()[signal as usize].name.clone()
+    }
+
+    /// Returns an error if a bench may not write a signal. A deposit on an output is allowed if they are, and logs a
+    /// warning once for each signal.
+    pub fn check_written(&self, model: &Model, signal: SignalId) -> Result<(), ModelError> {
+        let info = model.info(signal);
+        if model.is_writable(info) {
+            return Ok(());
+        }
+        if info.direction != Direction::Output || !self.deposits_on_outputs.get() {
+            return Err(model.not_writable(info));
+        }
+        if !self.deposited.borrow().contains(&signal) {
+            self.deposited.borrow_mut().push(signal);
+            let text = format!("'{}' is an output: it has the value written until the design assigns it again", info.name);
+            self.log.borrow_mut().put(self.now(), Level::Warning, "harness", &text);
+        }
+        Ok(())
     }
 
     /// Buffers a write of a value known to fit. A write that changes nothing is dropped: it would cost an evaluation.

@@ -45,7 +45,7 @@ fn add_statements(statements: &[Value], blocks: &[&str], nested: bool, running: 
             "VAR" => add_variable(node, blocks, nested, into),
             "CELL" => {
                 let path = blocks.iter().copied().chain([text(node, "name")]).collect::<Vec<_>>().join(".");
-                into.instances.push((path, text(node, "modp").to_owned()));
+                into.add_instances(path, text(node, "modp").to_owned(), bounds(node));
                 references(&node["pinsp"]).into_iter().for_each(|of| into.references.add_outside(of));
             }
             "GENBLOCK" | "BEGIN" => {
@@ -193,11 +193,12 @@ pub fn parse(json: &str, top: &str) -> Result<Hierarchy, BuildError> {
     for node in list(&root, "miscsp").iter().filter(|node| text(node, "type") == "TYPETABLE") {
         list(node, "typesp").iter().for_each(|of| add_type(of, &mut design));
     }
-    for node in list(&root, "modulesp").iter().filter(|node| text(node, "type") == "MODULE") {
+    let is_module = |node: &&Value| matches!(text(node, "type"), "MODULE" | "IFACE");
+    for node in list(&root, "modulesp").iter().filter(is_module) {
         let mut module = Module { original: text(node, "origName").to_owned(), ..Module::default() };
         add_statements(list(node, "stmtsp"), &[], false, false, &mut module);
         let address = text(node, "addr").to_owned();
-        if module.original == top && design.top.is_none() {
+        if text(node, "type") == "MODULE" && module.original == top && design.top.is_none() {
             design.top = Some((top.to_owned(), address.clone()));
         }
         design.modules.insert(address, module);

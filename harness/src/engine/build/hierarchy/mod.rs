@@ -159,7 +159,7 @@ fn parameter(text: &str) -> Option<Constant> {
     Some(Constant::Number(if negative { value - (1 << width) } else { value }))
 }
 
-/// A module as Verilator describes it.
+/// A module or an interface as Verilator describes it.
 #[derive(Default)]
 struct Module {
     original: String,
@@ -168,6 +168,19 @@ struct Module {
     /// The name below this module, with its generate blocks, and the module.
     instances: Vec<(String, String)>,
     references: References,
+}
+
+impl Module {
+    /// Adds an instance of a module or an interface; with the bounds of an array, one for each index.
+    fn add_instances(&mut self, path: String, of: String, bounds: Option<(i64, i64)>) {
+        match bounds {
+            None => self.instances.push((path, of)),
+            Some((left, right)) => {
+                let indices = left.min(right)..=left.max(right);
+                self.instances.extend(indices.map(|at| (format!("{path}[{at}]"), of.clone())));
+            }
+        }
+    }
 }
 
 /// A variable as its module declares it.

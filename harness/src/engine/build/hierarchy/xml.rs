@@ -101,6 +101,8 @@ struct Reader {
     parameter: Option<String>,
     /// The enclosing array type: its number, its element's, whether it is packed, and its bounds so far.
     array: Option<(String, String, bool, Vec<i64>)>,
+    /// The bounds so far of the enclosing instance, if it is an array of them.
+    instances: Option<Vec<i64>>,
     /// The enclosing structure or union: its number and members.
     structure: Option<(String, Vec<(String, String)>)>,
     /// The enclosing enumeration, and its item.
@@ -117,13 +119,15 @@ impl Reader {
     fn read(&mut self, tag: &Tag<'_>) {
         self.read_reference(tag);
         match (tag.name, tag.closing) {
-            ("module", false) => self.begin_module(tag),
-            ("module", true) => self.module = None,
+            ("module" | "iface", false) => self.begin_module(tag),
+            ("module" | "iface", true) => self.module = None,
             ("begin", false) if !tag.empty => self.blocks.push(tag.get("name").unwrap_or_default()),
             ("begin", true) => drop(self.blocks.pop()),
             ("func" | "task", false) if !tag.empty => self.functions += 1,
             ("func" | "task", true) => self.functions = self.functions.saturating_sub(1),
             ("instance", false) => self.add_instance(tag),
+            ("instance", true) => self.instances = None,
+            ("range", true) => self.end_instances(),
             ("var", false) => self.add_variable(tag),
             ("var", true) => self.parameter = None,
             ("enumdtype", true) => self.enumeration = None,
@@ -235,12 +239,28 @@ impl Reader {
         let mut path: Vec<&str> = self.blocks.iter().map(String::as_str).filter(|b| !b.is_empty()).collect();
         path.push(&name);
         let path = path.join(".");
+        self.instances = Some(Vec::new()).filter(|_| !tag.empty);
         if let Some(module) = self.current() {
             module.instances.push((path, of));
         }
     }
 
+    /// Replaces the instance added last by one for each index of its range.
+    fn end_instances(&mut self) {
+        if let Some([left, right]) = self.instances.take().as_deref()
+            && let (left, right) = (*left, *right)
+            && let Some(module) = self.current()
+            && let Some((path, of)) = module.instances.pop()
+        {
+            module.add_instances(path, of, Some((left, right)));
+        }
+    }
+
     fn add_variable(&mut self, tag: &Tag<'_>) {
+        // A reference to an interface is no variable of the model.
+        if tag.get("vartype").as_deref() == Some("ifaceref") {
+            return;
+        }
         let is_constant = tag.get("param").is_some() || tag.get("localparam").is_some();
         self.parameter = tag.get("name").filter(|_| is_constant && !tag.empty);
         let nested = self.functions > 0 || self.blocks.iter().any(String::is_empty);
@@ -265,6 +285,8 @@ impl Reader {
     fn add_constant(&mut self, tag: &Tag<'_>) {
         let Some(text) = tag.get("name") else { return };
         if let Some((.., bounds)) = &mut self.array {
+            bounds.extend(bound(&text));
+        } else if let Some(bounds) = &mut self.instances {
             bounds.extend(bound(&text));
         } else if self.parameter.is_some() {
             let name = self.parameter.take();

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-__all__ = ["Array", "Bit", "IndexingChangedWarning", "Logic", "LogicArray", "Range", "concat"]
+__all__ = ["AbstractArray", "AbstractMutableArray", "Array", "Bit", "IndexingChangedWarning", "Logic", "LogicArray", "Range", "concat"]
 
 _DIGITS = "UX01ZWLH-"
 
@@ -356,6 +356,9 @@ class Array(list[Any]):
     def __init__(self, value: Iterable[Any] = (), range: Range | int | None = None) -> None:  # noqa: A002
         super().__init__(value)
         self.range = range if isinstance(range, Range) else Range(0, "to", len(self) - 1)
+
+
+AbstractArray = AbstractMutableArray = Array
 
 
 def concat(a: Any, b: Any) -> LogicArray:
