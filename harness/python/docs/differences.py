@@ -493,7 +493,7 @@ async def _nothing(dut: Any) -> None:
 @row(
     "names", "those of its version",
     "those of versions 1.9 and 2.1; any other raises `AttributeError`. Missing: `Param`, `packages`, "
-    "`TaskManager`, `wait`, `current_gpi_trigger`, `regression_manager`, `scheduler`, `hexdump`",
+    "`TaskManager`, `wait`, `current_gpi_trigger`, `regression_manager`, `scheduler`",
 )  # fmt: skip
 def names() -> None:
     for missing in ("Param", "packages", "regression_manager", "scheduler"):
@@ -501,7 +501,6 @@ def names() -> None:
             getattr(cocotb, missing)
     for missing in ("TaskManager", "wait", "current_gpi_trigger"):
         assert not hasattr(cocotb.triggers, missing)
-    assert not hasattr(cocotb.utils, "hexdump")
 
 
 @row(

@@ -187,7 +187,7 @@ def test_the_runner_builds_and_tests(tmp_path, monkeypatch):
         get_runner("none")
 
 
-def test_the_runner_reaches_internals_when_a_bench_asks_for_them(tmp_path, monkeypatch, caplog):
+def test_the_runner_reaches_internals_when_a_bench_asks_for_them(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "test_inner.py").write_text(
         "import hoverlock.cocotb as cocotb\n"
@@ -202,12 +202,30 @@ def test_the_runner_reaches_internals_when_a_bench_asks_for_them(tmp_path, monke
     runner = get_runner("verilator")
     runner.build(sources=[Path(__file__).parent / "designs" / "idioms.sv"], hdl_toplevel="idioms")
     runner.test(hdl_toplevel="idioms", test_module="test_inner", testcase="looks_inside")
-    assert "all tests run again" in caplog.text
-    with pytest.raises(SystemExit, match="failed: mistypes"):
+    assert "all tests run again" in capsys.readouterr().out
+    with pytest.raises(SystemExit, match="failed: test_inner.mistypes"):
         runner.test(hdl_toplevel="idioms", test_module="test_inner")
-    runner.build(sources=[Path(__file__).parent / "designs" / "idioms.sv"], hdl_toplevel="idioms", internals=[])
-    with pytest.raises(SystemExit, match="failed: looks_inside"):
-        runner.test(hdl_toplevel="idioms", test_module="test_inner", testcase="looks_inside")
+    # Outside of pytest the caller looks at the results, as with cocotb.
+    monkeypatch.delenv("PYTEST_CURRENT_TEST")
+    assert get_results(runner.test(hdl_toplevel="idioms", test_module="test_inner")) == (2, 1)
+
+
+def test_the_runner_runs_each_bench_in_a_process_of_its_own(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "chosen.py").write_text("import os\nVALUE = os.environ['VALUE']\n")
+    (tmp_path / "test_env.py").write_text(
+        "import ctypes, os, chosen\nimport hoverlock.cocotb as cocotb\n"
+        "@cocotb.test()\nasync def sees_its_environment(dut):\n    assert chosen.VALUE == os.environ['VALUE']\n"
+        "@cocotb.test()\nasync def ends_the_process(dut):\n    ctypes.CDLL(None)._exit(0)\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    runner = get_runner("icarus")
+    source = Path(__file__).parent / "designs" / "adder.v"
+    runner.build(sources=[source], hdl_toplevel="adder", build_args=["-g2012", "-Padder.DATA_WIDTH=3"])
+    for value in ("1", "2"):
+        runner.test(test_module="test_env", testcase="sees_its_environment", extra_env={"VALUE": value})
+    with pytest.raises(SystemExit, match="failed: test_env.ends_the_process"):
+        runner.test(test_module="test_env", extra_env={"VALUE": "3"})
 
 
 def test_log_lines_carry_simulation_time(caplog):

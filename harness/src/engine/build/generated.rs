@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use super::files::{files_in, read};
+use super::files::{files_in, read, write};
 use super::hierarchy::Step;
 use crate::engine::error::BuildError;
 
@@ -176,6 +176,35 @@ fn assigned_in(code: &str) -> HashSet<String> {
     found
 }
 
+/// Removes the statements that reset the members of ports, and returns the ports that had any: older versions declare a
+/// port that is an unpacked structure as a number, so that these statements do not compile. One that the design uses
+/// has others, which still do not.
+pub(super) fn drop_resets_of_members(generated: &Path, ports: &[&str]) -> Result<HashSet<String>, BuildError> {
+    let mut found = HashSet::new();
+    for path in files_in(generated)?.iter().filter(|path| path.extension().is_some_and(|e| e == "cpp")) {
+        let (text, of) = without_resets(&read(path)?, ports);
+        if !of.is_empty() {
+            write(path, &text)?;
+            found.extend(of);
+        }
+    }
+    Ok(found)
+}
+
+/// Returns the code without lines such as `vlSelf->port.member = VL_RAND_RESET_I(1);`, and the ports of these lines.
+fn without_resets(code: &str, ports: &[&str]) -> (String, HashSet<String>) {
+    let mut found = HashSet::new();
+    let mut kept = String::with_capacity(code.len());
+    for line in code.lines() {
+        let member = line.trim().strip_prefix("vlSelf->").filter(|member| member.contains(" = VL_RAND_RESET"));
+        match member.and_then(|member| member.split_once('.')).filter(|(port, _)| ports.contains(port)) {
+            Some((port, _)) => drop(found.insert(port.to_owned())),
+            None => kept.extend([line, "\n"]),
+        }
+    }
+    (kept, found)
+}
+
 /// Returns `true` if a generated class holds objects of the Verilog's classes.
 pub(super) fn has_classes(generated: &Path) -> Result<bool, BuildError> {
     for path in files_in(generated)? {
@@ -274,6 +303,14 @@ mod tests {
         let found = assigned_in(code);
         assert!(["b", "w", "v", "p"].iter().all(|name| found.contains(*name)), "{found:?}");
         assert!(["a", "c", "e", "f"].iter().all(|name| !found.contains(*name)), "{found:?}");
+    }
+
+    #[test]
+    fn resets_of_ports_that_are_structures_are_dropped() {
+        let code = "    vlSelf->pair.low = VL_RAND_RESET_I(1);\n    vlSelf->pair.low = 1U;\n    vlSelf->clk = VL_RAND_RESET_I(1);\n";
+        let (kept, of) = without_resets(code, &["pair", "clk"]);
+        assert_eq!(kept, "    vlSelf->pair.low = 1U;\n    vlSelf->clk = VL_RAND_RESET_I(1);\n");
+        assert!(of.len() == 1 && of.contains("pair"));
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use super::files::{read, write};
-use super::generated::{Structures, Tables, driven_ports};
+use super::generated::{Structures, Tables, driven_ports, drop_resets_of_members};
 use super::hierarchy::{self, Hierarchy, PortDirection, Variable};
 use super::ports::ports;
 use super::tool::{self, Verilator, Version};
@@ -66,7 +66,12 @@ impl BuildJob<'_> {
             tables = Tables::read(&generated)?;
         }
         let header = read(&generated.join("Vdut.h"))?;
+        let is_structure = |v: &&Variable| hierarchy.structures.contains_key(&v.path);
+        let structured: Vec<&str> = of_top.clone().filter(is_structure).map(|v| v.name.as_str()).collect();
+        let declared_as_number =
+            if structured.is_empty() { HashSet::new() } else { drop_resets_of_members(&generated, &structured)? };
         let mut signals = ports(&header, &of_top.clone().collect::<Vec<_>>());
+        signals.retain(|(port, _)| !declared_as_number.contains(&port.name));
         let mut unreachable: Vec<String> =
             of_top.filter(|v| !signals.iter().any(|(port, _)| port.name == v.name)).map(|v| v.path.clone()).collect();
         if self.build.registers {

@@ -241,7 +241,8 @@ impl Core {
         }
         if !self.deposited.borrow().contains(&signal) {
             self.deposited.borrow_mut().push(signal);
-            let text = format!("'{}' is an output: it has the value written until the design assigns it again", info.name);
+            let text =
+                format!("'{}' is an output: it has the value written until the design assigns it again", info.name);
             self.log.borrow_mut().put(self.now(), Level::Warning, "harness", &text);
         }
         Ok(())

@@ -224,8 +224,12 @@ mod tests {
         {"type":"GENBLOCK","name":"lane[0]","itemsp":[
           {"type":"CELL","name":"u","modp":"(F)"},
           {"type":"GENBLOCK","name":"","itemsp":[{"type":"VAR","name":"hidden","dtypep":"(A)","varType":"VAR"}]}]},
+        {"type":"CELL","name":"bus","modp":"(X)","rangep":[{"type":"RANGE",
+          "leftp":[{"type":"CONST","name":"32'h0"}],"rightp":[{"type":"CONST","name":"32'h1"}]}]},
+        {"type":"VAR","name":"bus__Viftop","dtypep":"(A)","varType":"IFACEREF","direction":"NONE"},
         {"type":"FUNC","name":"f","fvarp":[{"type":"VAR","name":"f","dtypep":"(A)","varType":"VAR"}]}]},
-      {"type":"IFACE","name":"t","addr":"(X)","origName":"t","stmtsp":[]},
+      {"type":"IFACE","name":"t","addr":"(X)","origName":"t","stmtsp":[
+        {"type":"VAR","name":"beat","dtypep":"(A)","varType":"VAR","direction":"NONE"}]},
       {"type":"MODULE","name":"sub__W8","addr":"(F)","origName":"sub","stmtsp":[
         {"type":"VAR","name":"mem","dtypep":"(M)","varType":"VAR","direction":"NONE"},
         {"type":"VAR","name":"loose","dtypep":"(L)","varType":"VAR","direction":"NONE"}]}],
@@ -248,7 +252,8 @@ mod tests {
     fn variables_types_and_parameters_are_found() {
         let found = parse(JSON, "t").unwrap();
         let paths: Vec<&str> = found.variables.iter().map(|v| v.path.as_str()).collect();
-        assert_eq!(paths, ["clk", "st", "lane[0].hidden", "f", "lane[0].u.mem", "lane[0].u.loose"]);
+        let instances = ["lane[0].u.mem", "lane[0].u.loose", "bus[0].beat", "bus[1].beat"];
+        assert_eq!((&paths[..4], &paths[4..]), (&["clk", "st", "lane[0].hidden", "f"][..], &instances[..]));
         let of = |path: &str| -> &Variable { found.variables.iter().find(|v| v.path == path).unwrap() };
         assert_eq!((of("clk").port, of("st").port), (Some(PortDirection::Input), None));
         assert_eq!(of("st").items, [("IDLE".to_owned(), 0), ("RUN".to_owned(), 2)]);

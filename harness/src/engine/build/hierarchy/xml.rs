@@ -402,6 +402,21 @@ mod tests {
     }
 
     #[test]
+    fn interfaces_are_instances_and_their_references_are_no_variables() {
+        let xml = r#"<module name="t" topModule="1"><instance name="bus" defName="st_if"><port name="clk">
+            <const name="1'h1"/></port></instance><var name="bus__Viftop" dtype_id="3" vartype="ifaceref"/>
+            <instance name="pair" defName="st_if"><range><const name="32'h2"/><const name="32'h1"/></range>
+            <port name="clk"><const name="1'h0"/></port></instance><instance name="u" defName="m"/></module>
+          <module name="m"><var name="s" dtype_id="3" vartype="ifaceref"/></module>
+          <iface name="st_if"><var name="data" dtype_id="2" vartype="logic"/></iface>
+          <typetable><basicdtype id="2" name="logic" left="7" right="0"/><ifacerefdtype id="3"/></typetable>"#;
+        let found = parse(xml).unwrap().variables;
+        let paths: Vec<&str> = found.iter().map(|v| v.path.as_str()).collect();
+        assert_eq!(paths, ["bus.data", "pair[1].data", "pair[2].data"]);
+        assert_eq!((found[1].scope.as_str(), found[1].module.as_str()), ("t.pair[1]", "st_if"));
+    }
+
+    #[test]
     fn parameters_have_their_values() {
         let number = |name: &str, value| (name.to_owned(), Constant::Number(value));
         let found = parse(XML).unwrap().constants;
