@@ -75,7 +75,6 @@ EXPECTED = {
 # The reason of a failure by the first expression that its message, or the output of a run without results, has.
 REASONS = {
     r"TOPLEVEL_LANG=vhdl|VHDL_SOURCES": "VHDL",
-    r"is an output of .* and cannot be written": "the bench writes an output, which is an error here",
     r"verilator found errors in the Verilog": "Verilator refuses the design once all its internals are accessible",
 }
 UNEXPLAINED = "not explained"
@@ -277,9 +276,9 @@ def record(counts: dict[str, Count], run: Run) -> None:
 
 
 def key_of(name: str, version: str, way: str) -> str:
-    """Returns the key of a suite's counts in docs/results.json."""
-    words = [re.sub("[.-]", "_", name), f"v{version.replace('.', '_')}", re.sub("[ ,]+", "_", way)]
-    return ".".join(["harness.suites", *words])
+    """Returns the key of a suite's counts in docs/results.json; the way `make` has no word in it."""
+    end = "" if way == "make" else f"_by_{re.sub('[ ,]+', '_', way)}"
+    return f"harness.suites.{re.sub('[.-]', '_', name)}.v{version.replace('.', '_')}{end}"
 
 
 def write_template() -> None:
@@ -287,10 +286,10 @@ def write_template() -> None:
     known = json.loads((ROOT / results.RESULTS).read_text())
     lines = ["| suite, as shipped | Verilator | by | passed | failed | skipped | reasons of the failures |", "|" + "---|" * 7]
     for name in SUITES:
-        prefix = key_of(name, "", "").removesuffix(".")
+        prefix = key_of(name, "", "make")
         for key in sorted(key for key in known if key.startswith(prefix)):
-            version, way = key.removeprefix(prefix).split(".")
-            words = way.replace("_beside_", ", beside ")
+            version, _, way = key.removeprefix(prefix).partition("_by_")
+            words = (way or "make").replace("_beside_", ", beside ")
             values = [f"{{{{ {key}.{kind} }}}}" for kind in (*KINDS, "reasons")]
             lines.append(f"| {name} | {version.replace('_', '.')} | {words} | {' | '.join(values)} |")
     results.write(ROOT / results.TABLES / "suites.md", "\n".join(lines) + "\n")

@@ -8,7 +8,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import suites
 
 RESULTS = """<testsuites><testsuite><testcase name="a"/><testcase name="b"><skipped/></testcase>
-<testcase name="c"><failure message="'q' is an output of 'top' and cannot be written"/></testcase>
+<testcase name="c"><failure message="verilator found errors in the Verilog"/></testcase>
 <testcase name="d"><error message="a new error"/></testcase></testsuite></testsuites>"""
 
 
@@ -21,7 +21,7 @@ def run(folder, recipe):
 def test_failures_and_errors_are_counted_with_their_reasons(tmp_path):
     count = run(tmp_path, "cp given.xml results.xml")
     assert dict(count.results) == {"passed": 1, "skipped": 1, "failed": 2}
-    assert count.reasons_in_words() == f"the bench writes an output, which is an error here (1), {suites.UNEXPLAINED} (1)"
+    assert count.reasons_in_words() == f"Verilator refuses the design once all its internals are accessible (1), {suites.UNEXPLAINED} (1)"
     assert str(count) == "1 passed, 2 failed, 1 skipped"
 
 
@@ -35,4 +35,13 @@ def test_a_run_without_results_is_one_failure_with_the_reason_of_its_output(tmp_
 
 
 def test_keys_have_no_characters_that_expressions_use():
-    assert suites.key_of("cocotb-2.0.1", "5.048") == "harness.suites.cocotb_2_0_1.v5_048"
+    assert suites.key_of("cocotb-2.0.1", "5.048", "make") == "harness.suites.cocotb_2_0_1.v5_048"
+    beside = suites.Run("pytest", True, "verilator", "5.048").way
+    assert suites.key_of("cocotbext-axi", "5.048", beside) == "harness.suites.cocotbext_axi.v5_048_by_pytest_beside_cocotb"
+
+
+def test_a_status_without_a_failed_test_is_a_failure(tmp_path):
+    passed = RESULTS[: RESULTS.index("<testcase name=\"c\"")] + "</testsuite></testsuites>"
+    (tmp_path / "passed.xml").write_text(passed)
+    count = run(tmp_path, "cp passed.xml results.xml; false")
+    assert str(count) == "1 passed, 1 failed, 1 skipped"

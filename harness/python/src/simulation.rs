@@ -37,7 +37,9 @@ struct Inner {
 #[pymethods]
 impl Simulation {
     #[new]
-    #[pyo3(signature = (library, *, seed = 0, plusargs = vec![], edges_after_eval = false, deposits_on_outputs = false))]
+    #[pyo3(signature = (
+        library, *, seed = 0, plusargs = vec![], edges_after_eval = false, deposits_on_outputs = false
+    ))]
     fn new(
         py: Python<'_>,
         library: &Library,

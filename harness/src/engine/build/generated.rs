@@ -158,9 +158,6 @@ pub(super) fn driven_ports(generated: &Path) -> Result<HashSet<String>, BuildErr
 fn assigned_in(code: &str) -> HashSet<String> {
     let mut found = HashSet::new();
     let statements = code.lines().flat_map(|line| line.split(';')).map(str::trim);
-    let is_reset = |line: &&str| {
-        line.contains("VL_RAND_RESET") || [" = 0U", " = 0ULL", " = 0"].iter().any(|zero| line.ends_with(zero))
-    };
     for line in statements.filter(|line| !is_reset(line)) {
         let target = match line.find(" = ") {
             Some(at) => &line[..at],
@@ -191,18 +188,24 @@ pub(super) fn drop_resets_of_members(generated: &Path, ports: &[&str]) -> Result
     Ok(found)
 }
 
-/// Returns the code without lines such as `vlSelf->port.member = VL_RAND_RESET_I(1);`, and the ports of these lines.
+/// Returns the code without lines such as `vlSelf->port.member = 0;`, and the ports of these lines.
 fn without_resets(code: &str, ports: &[&str]) -> (String, HashSet<String>) {
     let mut found = HashSet::new();
     let mut kept = String::with_capacity(code.len());
     for line in code.lines() {
-        let member = line.trim().strip_prefix("vlSelf->").filter(|member| member.contains(" = VL_RAND_RESET"));
+        let member = line.trim().strip_prefix("vlSelf->").and_then(|member| member.strip_suffix(';'));
+        let member = member.filter(|member| is_reset(member));
         match member.and_then(|member| member.split_once('.')).filter(|(port, _)| ports.contains(port)) {
             Some((port, _)) => drop(found.insert(port.to_owned())),
             None => kept.extend([line, "\n"]),
         }
     }
     (kept, found)
+}
+
+/// Returns `true` for a statement, without its semicolon, that resets a variable.
+fn is_reset(statement: &str) -> bool {
+    statement.contains("VL_RAND_RESET") || [" = 0U", " = 0ULL", " = 0"].iter().any(|zero| statement.ends_with(zero))
 }
 
 /// Returns `true` if a generated class holds objects of the Verilog's classes.
@@ -307,9 +310,10 @@ mod tests {
 
     #[test]
     fn resets_of_ports_that_are_structures_are_dropped() {
-        let code = "    vlSelf->pair.low = VL_RAND_RESET_I(1);\n    vlSelf->pair.low = 1U;\n    vlSelf->clk = VL_RAND_RESET_I(1);\n";
-        let (kept, of) = without_resets(code, &["pair", "clk"]);
-        assert_eq!(kept, "    vlSelf->pair.low = 1U;\n    vlSelf->clk = VL_RAND_RESET_I(1);\n");
+        let kept = "    vlSelf->pair.low = 1U;\n    vlSelf->clk = VL_RAND_RESET_I(1);\n";
+        let code = format!("    vlSelf->pair.low = VL_RAND_RESET_I(1);\n    vlSelf->pair.high = 0;\n{kept}");
+        let (found, of) = without_resets(&code, &["pair", "clk"]);
+        assert_eq!(found, kept);
         assert!(of.len() == 1 && of.contains("pair"));
     }
 
