@@ -1,7 +1,8 @@
 """Lets `import cocotb` import hoverlock's alias where cocotb is not installed, or where the environment variable
 HOVERLOCK_AS_COCOTB is 1, so that benches, packages and scripts of the runner need no change.
 
-Python loads this module at each start (`hoverlock_cocotb.pth`), so it loads nothing itself.
+Python loads this module at each start (`hoverlock_cocotb.pth`), so it loads nothing itself. For pytest, which would warn that
+it cannot rewrite a module that is loaded: PYTEST_DONT_REWRITE.
 """
 
 import sys
