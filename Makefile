@@ -17,8 +17,8 @@ EVERY ?= 1
 FLIGHTS ?= 2
 ARM_TARGET := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/arm
 # Ignored tests that `make test-long` and `make fuzz` run.
-LONG := all_named_sizes ten_thousand_frames designs_drawn_at_random an_installed_command no_input_brings_the_command_down \
-    survivors_are_harmless each_of_thirty_faults
+LONG := all_named_sizes ten_thousand_frames a_thousand_frames designs_drawn_at_random an_installed_command \
+    no_input_brings_the_command_down survivors_are_harmless each_of_thirty_faults
 # Claims without a survivor among 200 mutations; formal/RESULTS.md has the others.
 COVERED := difference address_counter column_maximum decision cursor threshold window_maximum_5 ring_comparator wiring
 # A picture of at least 1024 x 768, for timing only; name aerial ones where you have them.

@@ -1,8 +1,8 @@
 //! Faults put into the emitted Verilog must be found, and the report must point at their stage.
 //!
 //! `MUTANTS=300 MUTANTS_REPORT=rtl/MUTANTS.md cargo test -p hoverlock-simulation --test mutants -- --ignored
-//! --nocapture` puts in as many and writes the table that is committed; without the variables it is a sample. A second
-//! test does the same to the design `small`, in the modules whose text is not that of the default design.
+//! --nocapture` puts in as many and writes the table that is committed; without the variables it is a sample. Further
+//! tests do the same to the other shipped designs, in the modules whose text is not that of the default design.
 
 mod corner;
 mod harmless;
@@ -24,7 +24,7 @@ use std::{
     time::Duration,
 };
 
-use corner::{CORNERS, OF_ANY_DESIGN};
+use corner::CORNERS;
 use harmless::{reason, reason_in_another_design};
 use hoverlock_design::{DesignPoint, KT27};
 use hoverlock_formal::{
@@ -45,8 +45,9 @@ fn torture(design: &DesignPoint) -> Vec<Job> {
     let mut random = ChaCha8Rng::seed_from_u64(11);
     let mut jobs = Vec::new();
     // Thresholds in 0.5 DN.
-    let mut add = |pixels: Plane<u16>, thresholds: [u32; 2]| {
-        let codes = thresholds.map(|half_dn| (f64::from(half_dn) * 0.5 / design.dog().lsb()).max(1.0) as u32);
+    let mut add = |pixels: Plane<u16>, [fine, coarse]: [u32; 2]| {
+        let code = |half_dn: &u32| (f64::from(*half_dn) * 0.5 / design.dog().lsb()).max(1.0) as u32;
+        let codes: Vec<u32> = [fine, coarse, coarse][..design.pairs()].iter().map(code).collect();
         jobs.push(Job::of(design, camera_samples(design, &pixels), codes).unwrap());
         jobs.len() - 1
     };
@@ -90,10 +91,10 @@ fn torture(design: &DesignPoint) -> Vec<Job> {
 
 /// The widest and the highest frame: they use the upper bits of positions and counters, which small frames do not.
 fn large(design: &DesignPoint) -> [Vec<Job>; 2] {
-    let thresholds = if *design == *KT27 { [60, 45] } else { [1, 1] };
-    let job = |w: usize, h: usize, seed: u64| Job::of(design, ground(design, w, h, seed), thresholds).unwrap();
+    let thresholds = if *design == *KT27 { vec![60, 45] } else { vec![1; design.pairs()] };
+    let job = |w: usize, h: usize, seed: u64| Job::of(design, ground(design, w, h, seed), thresholds.clone()).unwrap();
     let widest = design.width as usize;
-    let points = Job::of(design, camera_samples(design, &lattice(widest, 64)), [1, 1]).unwrap();
+    let points = Job::of(design, camera_samples(design, &lattice(widest, 64)), vec![1; design.pairs()]).unwrap();
     [vec![job(widest - 24, 64, 1), points], vec![job(64, 2048, 3), job(64, 64, 4)]]
 }
 
@@ -154,10 +155,7 @@ fn checks(simulator: &Simulator, jobs: &[Job], large: &[Vec<Job>; 2], module: &s
     if let Some(found) = chain("chain", jobs, 0.0).or_else(|| chain("chain, pauses", jobs, 0.25)) {
         return Some(found);
     }
-    // Most rare cases, and those of the cells, are of the default design.
-    let is_default = *simulator.design() == *KT27;
-    let corners = CORNERS.into_iter().filter(|(name, _)| is_default || OF_ANY_DESIGN.contains(name));
-    for (name, scenario) in SCENARIOS.into_iter().chain(corners) {
+    for (name, scenario) in SCENARIOS.into_iter().chain(CORNERS) {
         if let Err(failure) = scenario(simulator) {
             return Some((name.into(), failure.stage.into()));
         }
@@ -167,6 +165,8 @@ fn checks(simulator: &Simulator, jobs: &[Job], large: &[Vec<Job>; 2], module: &s
     }
     // The check of the cell itself drives its ports with inputs that no frame produces.
     three_way::drive_only(module, simulator.plusargs());
+    // The cells of other designs are not built for this check.
+    let is_default = *simulator.design() == *KT27;
     let fails = |check: fn()| is_default && catch_unwind(check).is_err();
     if three_way::CHECKS.iter().chain(&three_way::structure::CHECKS).any(|(_, check)| fails(*check)) {
         return Some(("cell".into(), module.into()));
@@ -185,27 +185,41 @@ struct Verdict {
 fn mutants_do_not_survive() {
     let sources = mutation::read(&committed().unwrap());
     let all = mutation::all(&sources);
-    survivors(&KT27, "mutants", &sources, &all);
+    survivors(&KT27, "mutants", 20, &sources, &all);
 }
 
-#[test]
-#[ignore = "long: as many faults in another design"]
-fn mutants_of_another_design_do_not_survive() {
-    let design = DesignPoint::shipped("small").unwrap();
+macro_rules! mutants_of {
+    ($($test:ident: $design:literal;)*) => {$(
+        #[test]
+        #[ignore = "long: as many faults in another design"]
+        fn $test() {
+            mutants_of_another_design($design);
+        }
+    )*};
+}
+
+mutants_of! {
+    mutants_of_hd1080_do_not_survive: "hd1080";
+    mutants_of_small_do_not_survive: "small";
+    mutants_of_three_scales_do_not_survive: "three_scales";
+}
+
+/// In the modules whose text is not that of the default design: the others are tested with it, and more sharply.
+fn mutants_of_another_design(name: &str) {
+    let design = DesignPoint::shipped(name).unwrap();
     let sources = mutation::read(&verilog(&design, None).unwrap());
     let default = mutation::read(&committed().unwrap());
-    // The others are tested with the default design, and more sharply.
     let differs = |mutant: &Mutant| {
         let text = |sources: &[Source]| sources.iter().find(|s| s.module == mutant.module).map(|s| s.text.clone());
         text(&sources) != text(&default)
     };
     let all: Vec<Mutant> = mutation::all(&sources).into_iter().filter(differs).collect();
-    survivors(&design, "mutants-small", &sources, &all);
+    survivors(&design, &format!("mutants-{name}"), 12, &sources, &all);
 }
 
-/// Puts as many faults as are asked for into the Verilog of a design; fails where one is neither found nor explained.
-fn survivors(design: &DesignPoint, name: &str, sources: &[Source], all: &[Mutant]) {
-    let count: usize = std::env::var("MUTANTS").ok().and_then(|text| text.parse().ok()).unwrap_or(20);
+/// Puts as many faults as are asked for, or `sample`, into the Verilog of a design; fails where one is neither found nor explained.
+fn survivors(design: &DesignPoint, name: &str, sample: usize, sources: &[Source], all: &[Mutant]) {
+    let count: usize = std::env::var("MUTANTS").ok().and_then(|text| text.parse().ok()).unwrap_or(sample);
     let seed: u64 = std::env::var("MUTANTS_SEED").ok().and_then(|text| text.parse().ok()).unwrap_or(1);
     let mutants = mutation::choose(all, count, seed);
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{count}-{seed}"));

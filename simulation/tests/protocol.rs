@@ -6,7 +6,10 @@ mod port_bench;
 use std::sync::LazyLock;
 
 use hoverlock_simulation::Simulator;
-use port_bench::scenarios::{self, SCENARIOS};
+use port_bench::{
+    of_other_designs,
+    scenarios::{self, SCENARIOS, Scenario},
+};
 use proptest::prelude::*;
 
 static SIMULATOR: LazyLock<Simulator> = LazyLock::new(|| Simulator::new().expect("Verilator builds the top"));
@@ -38,6 +41,15 @@ scenarios! {
     a_reset_forgets_the_last_set_and_its_thresholds: "forgotten";
     thresholds_follow_the_count: "automatic";
     a_full_fifo_drops_and_counts_then_stops_the_video: "overflow";
+}
+
+#[test]
+fn the_other_shipped_designs_pass_every_scenario() {
+    let passes = |simulator: &Simulator| {
+        let failure = |(name, scenario): (_, Scenario)| Some(format!("{name}: {}", scenario(simulator).err()?));
+        SCENARIOS.into_iter().filter_map(failure).collect()
+    };
+    assert_eq!(of_other_designs(passes), [""; 0]);
 }
 
 proptest! {

@@ -1,8 +1,8 @@
 //! Random sequences of frames from the ports against `bit_true`.
 //!
-//! 200 frames every day, 10 000 in the long test; `HOVERLOCK_SEQUENCE_SEED` begins elsewhere. A failure is shrunk and
-//! printed as a JSON text; saved to a file, `HOVERLOCK_SEQUENCE=file cargo test -p hoverlock-simulation --test
-//! sequences` plays it again.
+//! 200 frames every day, 10 000 in the long test, and fewer of the other shipped designs. `HOVERLOCK_SEQUENCE_SEED`
+//! begins elsewhere. A failure is shrunk and printed as a JSON text; saved to a file, `HOVERLOCK_SEQUENCE=file cargo
+//! test -p hoverlock-simulation --test sequences` plays it again.
 
 mod port_bench;
 mod sequence;
@@ -10,6 +10,7 @@ mod sequence;
 use std::{sync::LazyLock, time::Instant};
 
 use hoverlock_simulation::Simulator;
+use port_bench::of_other_designs;
 use sequence::{Sequence, campaign, shrink::shrunk};
 
 static SIMULATOR: LazyLock<Simulator> = LazyLock::new(|| Simulator::new().expect("Verilator builds the top"));
@@ -39,6 +40,29 @@ fn exact(frames: usize) {
 #[test]
 fn two_hundred_frames_are_exact() {
     exact(200);
+}
+
+fn frames_of_other_designs_are_exact(frames: usize) {
+    let found = of_other_designs(|simulator| match campaign(simulator, 1, frames) {
+        Ok(tally) if tally.records > 0 => {
+            eprintln!("{tally:?}");
+            Vec::new()
+        }
+        Ok(tally) => vec![format!("{tally:?}")],
+        Err(failed) => vec![format!("seed {}: {}", failed.sequence.seed, failed.what)],
+    });
+    assert_eq!(found, [""; 0]);
+}
+
+#[test]
+fn fifty_frames_of_each_other_design_are_exact() {
+    frames_of_other_designs_are_exact(50);
+}
+
+#[test]
+#[ignore = "long: 1000 frames of each design, about 120 million cycles"]
+fn a_thousand_frames_of_each_other_design_are_exact() {
+    frames_of_other_designs_are_exact(1000);
 }
 
 #[test]

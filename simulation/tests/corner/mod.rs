@@ -1,24 +1,27 @@
 //! Rare cases of the control logic, from the ports only: each is met on purpose, because random frames seldom meet it.
-//! The numbers are those of the default design but for [`OF_ANY_DESIGN`].
 
 #![allow(dead_code, reason = "each test binary uses its part")]
 
-use std::sync::LazyLock;
-
-use hoverlock_design::{DesignPoint, KT27};
+use hoverlock_design::DesignPoint;
+use hoverlock_fixed_point::model::design::camera_samples;
+use hoverlock_fixed_point::model::record::FeatureRecord;
 use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
 use hoverlock_reference::image::plane::Plane;
-use hoverlock_rtl::registers::default_coefficients;
+use hoverlock_registers::{Access as FieldAccess, Register};
+use hoverlock_rtl::cells::record_fifo::RESERVED;
+use hoverlock_rtl::registers::{default_coefficients, registers};
 use hoverlock_simulation::Simulator;
 
 use crate::port_bench::{
     AUTOMATIC, Access, BEGUN, BUSY, Beat, Bench, COEFFICIENTS_OFFSET, COMMIT, CONTROL, DROPPED, DROPS, ENABLE, FRAME,
-    FRAMES, Frame, INTERRUPT_ERROR, INTERRUPTED, LONG, Outcome, REFUSED, SATURATED, SHORT, SIZE, STATUS, TARGET,
-    THRESHOLD_NOW, equal, fail, ground, lattice, noise, scenarios::Scenario, strongest,
+    FRAMES, Frame, INTERRUPT_ERROR, INTERRUPTED, LONG, Outcome, REFUSED, SATURATED, SHORT, STATUS, TARGET, equal, fail,
+    ground, latency, lattice, most, noise,
+    scenarios::{Scenario, low},
+    strongest, white,
 };
 
 /// All of them, by the name that a fault is to be found by.
-pub const CORNERS: [(&str, Scenario); 14] = [
+pub const CORNERS: [(&str, Scenario); 16] = [
     ("narrower", a_narrower_frame_behind_a_gap),
     ("skid", packets_that_wait_in_the_skid_buffer),
     ("strays", beats_outside_a_frame),
@@ -28,23 +31,30 @@ pub const CORNERS: [(&str, Scenario); 14] = [
     ("met target", a_target_that_is_met_changes_nothing),
     ("many features", a_count_beyond_4096),
     ("threshold limits", thresholds_stop_at_their_limits),
+    ("ceiling", more_features_than_the_record_limit),
     ("one drop", one_dropped_feature),
+    ("full queue", every_pair_drops_at_a_full_queue),
     ("stop", the_video_stops_behind_thirteen_trailers),
-    ("coarse", a_coarse_response_alone_is_cut),
+    ("cut", a_response_of_one_scale_pair_is_cut),
     ("cleared", an_event_in_the_cycle_of_its_clearing),
     ("latency", cycles_from_port_to_port),
 ];
 
-const THRESHOLDS: [u32; 2] = [60, 45];
+/// Two frames of the smallest size.
+fn small(design: &DesignPoint) -> [Frame; 2] {
+    [1, 2].map(|seed| Frame::new(design, ground(design, 64, 64, seed), &low(design)))
+}
 
-static SMALL: LazyLock<[Frame; 2]> =
-    LazyLock::new(|| [1, 2].map(|seed| Frame::new(&KT27, noise(64, 64, seed), THRESHOLDS)));
+/// The low thresholds of a design, every second one of them one higher, from the scale pair `first` on.
+fn uneven(design: &DesignPoint, first: usize) -> Vec<u32> {
+    low(design).into_iter().enumerate().map(|(k, threshold)| threshold + ((k + first) % 2) as u32).collect()
+}
 
-/// A frame of the smallest size that is one pixel again and again.
-static GREY: LazyLock<Frame> = LazyLock::new(|| Frame::new(&KT27, Plane::filled(64, 64, 777), THRESHOLDS));
-
-/// Those that any design of two scale pairs is put through.
-pub const OF_ANY_DESIGN: [&str; 1] = ["met target"];
+/// The coefficients of a design, each smaller by a fraction of the largest there is.
+fn smaller_by(design: &DesignPoint, fraction: u32) -> Vec<u32> {
+    let by = most(design) / fraction;
+    default_coefficients(design).unwrap().into_iter().map(|code| code - by).collect()
+}
 
 /// An enabled core.
 fn enabled(simulator: &Simulator, seed: u64) -> Bench {
@@ -60,18 +70,20 @@ fn flags(bench: &mut Bench, when: &str, expected: u32) -> Outcome {
 
 /// Two wide frames with a gap, so that the second begins at some address of the line memories, and then a narrow one.
 fn a_narrower_frame_behind_a_gap(simulator: &Simulator) -> Outcome {
-    let wide = Frame::new(&KT27, noise(305, 64, 40), THRESHOLDS);
-    let narrow = Frame::new(&KT27, noise(69, 64, 41), THRESHOLDS);
+    let design = simulator.design();
+    let low = &low(design);
+    let wide = Frame::new(design, ground(design, 305, 64, 40), low);
+    let narrow = Frame::new(design, ground(design, 69, 64, 41), low);
     for gap in [0, 68, 69, 150, 304, 305, 374] {
         let mut bench = enabled(simulator, 42);
         bench.configure(&wide);
         bench.send(wide.beats());
         bench.send_after(gap, wide.beats());
-        bench.exactly(&wide, 0, THRESHOLDS, 0)?;
+        bench.exactly(&wide, 0, low, 0)?;
         bench.write(STATUS, BEGUN);
         bench.begin(&narrow, narrow.beats())?;
-        bench.exactly(&wide, 1, THRESHOLDS, 0)?;
-        bench.exactly(&narrow, 2, THRESHOLDS, 0)?;
+        bench.exactly(&wide, 1, low, 0)?;
+        bench.exactly(&narrow, 2, low, 0)?;
     }
     Ok(())
 }
@@ -79,19 +91,24 @@ fn a_narrower_frame_behind_a_gap(simulator: &Simulator) -> Outcome {
 /// Packets of one and two beats behind a change of size: start and end of packet wait in the second beat of the skid
 /// buffer.
 fn packets_that_wait_in_the_skid_buffer(simulator: &Simulator) -> Outcome {
-    let [good, _] = &*SMALL;
+    let design = simulator.design();
+    let low = &low(design);
+    let [good, _] = &small(design);
+    // One pixel again and again.
+    let pixel = white(design) / 84;
+    let grey = Frame::new(design, Plane::filled(64, 64, pixel), low);
     for (beats, seed) in [(1, 1), (2, 2), (3, 3)] {
         let mut bench = enabled(simulator, seed);
         // The pipeline is full of a frame of another size, so what follows has to wait.
-        let before = Frame::new(&KT27, noise(65, 64, 8), THRESHOLDS);
+        let before = Frame::new(design, ground(design, 65, 64, 8), low);
         bench.begin(&before, before.beats())?;
         bench.until("the frame before is in", 10_000, |bench| bench.is_sent())?;
         bench.configure(good);
-        let short = (0..beats).map(|i| (777, i == 0, i + 1 == beats));
+        let short = (0..beats).map(|i| (pixel, i == 0, i + 1 == beats));
         bench.send(short.chain(good.beats()));
-        bench.exactly(&before, 0, THRESHOLDS, 0)?;
-        bench.exactly(&GREY, 1, THRESHOLDS, 1)?;
-        bench.exactly(good, 2, THRESHOLDS, 0)?;
+        bench.exactly(&before, 0, low, 0)?;
+        bench.exactly(&grey, 1, low, 1)?;
+        bench.exactly(good, 2, low, 0)?;
         bench.idle()?;
         flags(&mut bench, "after a packet in the skid buffer", FRAME | BEGUN | SHORT)?;
     }
@@ -101,8 +118,10 @@ fn packets_that_wait_in_the_skid_buffer(simulator: &Simulator) -> Outcome {
 /// Beats without a start: not reported while disabled, reported once a packet while enabled, also behind a frame that
 /// was too long.
 fn beats_outside_a_frame(simulator: &Simulator) -> Outcome {
+    let design = simulator.design();
     let mut bench = Bench::new(simulator, 4);
-    let [good, other] = &*SMALL;
+    let low = &low(design);
+    let [good, other] = &small(design);
     let stray: [Beat; 3] = [(1, false, false), (2, false, false), (3, false, true)];
     let swallow = |bench: &mut Bench, beats: &[Beat], when: &str, expected: u32| -> Outcome {
         bench.send(beats.iter().copied());
@@ -123,29 +142,30 @@ fn beats_outside_a_frame(simulator: &Simulator) -> Outcome {
     let mut long = good.beats();
     long[4095].2 = false;
     bench.begin(good, long.into_iter().chain([(5, false, false), (6, false, true)]))?;
-    bench.exactly(good, 0, THRESHOLDS, 2)?;
+    bench.exactly(good, 0, low, 2)?;
     bench.idle()?;
     flags(&mut bench, "after a frame too long", FRAME | LONG)?;
     bench.write(STATUS, u32::MAX);
     swallow(&mut bench, &stray, "after a stray packet behind a long frame", REFUSED)?;
     bench.begin(other, other.beats())?;
-    bench.exactly(other, 1, THRESHOLDS, 0)
+    bench.exactly(other, 1, low, 0)
 }
 
 /// Two sets that differ in size and all else: one is committed, or withdrawn, at any cycle around a frame's start, and
 /// the frame takes one of them whole.
 fn a_set_is_taken_whole_at_any_cycle(simulator: &Simulator) -> Outcome {
-    let codes = |by: u32| default_coefficients(&KT27).unwrap().into_iter().map(|code| code - by).collect::<Vec<u32>>();
-    let first = Frame::with(&KT27, noise(64, 64, 5), [50, 40], codes(1000));
+    let design = simulator.design();
+    let first = Frame::with(design, ground(design, 64, 64, 5), &uneven(design, 1), smaller_by(design, 65));
     // The same beats under the new size and under the old one: a frame of 66 x 66, or one of 64 x 64 that is too long.
-    let pixels = noise(66, 66, 6);
-    let new = Frame::with(&KT27, pixels.clone(), [70, 30], codes(3000));
+    let pixels = ground(design, 66, 66, 6);
+    let new = Frame::with(design, pixels.clone(), &uneven(design, 0), smaller_by(design, 21));
     let old = Frame::with(
-        &KT27,
+        design,
         Plane::from_fn(64, 64, |x, y| pixels.as_slice()[y * 64 + x]),
-        first.thresholds,
+        &first.thresholds,
         first.coefficients.clone(),
     );
+    let last_coefficient = COEFFICIENTS_OFFSET + 4 * (first.coefficients.len() as u32 - 1);
     let (mut taken, mut kept) = (0, 0);
     // Committed: the write comes `after` cycles after the first beat is offered. Withdrawn: the same with a write to a
     // coefficient.
@@ -153,12 +173,12 @@ fn a_set_is_taken_whole_at_any_cycle(simulator: &Simulator) -> Outcome {
         for after in -3i64..10 {
             let mut bench = enabled(simulator, 20 + after.unsigned_abs());
             bench.begin(&first, first.beats())?;
-            bench.exactly(&first, 0, first.thresholds, 0)?;
+            bench.exactly(&first, 0, &first.thresholds, 0)?;
             bench.idle()?;
             bench.write(STATUS, u32::MAX);
             bench.configure(&new);
             let last = if withdraws {
-                Access::Write(COEFFICIENTS_OFFSET + 72, 1)
+                Access::Write(last_coefficient, 1)
             } else {
                 // What `configure` committed is withdrawn, and the set is whole again.
                 bench.write(TARGET, 7);
@@ -175,8 +195,8 @@ fn a_set_is_taken_whole_at_any_cycle(simulator: &Simulator) -> Outcome {
                 bench.cycle(Some(last));
             }
             let packet = bench.packet()?;
-            let is_new = packet.check(&new, 1, new.thresholds, 0);
-            let is_old = packet.check(&old, 1, old.thresholds, 2);
+            let is_new = packet.check(&new, 1, &new.thresholds, 0);
+            let is_old = packet.check(&old, 1, &old.thresholds, 2);
             let when = if withdraws { "withdrawn" } else { "committed" };
             match (is_new, is_old) {
                 (Ok(0), _) => taken += 1,
@@ -187,7 +207,7 @@ fn a_set_is_taken_whole_at_any_cycle(simulator: &Simulator) -> Outcome {
                 _ => return fail("registers", "dropped features"),
             }
             // Before the start it counts, and well after it not.
-            let sees = packet.trailer[4] == new.thresholds[1] << 16 | new.thresholds[0];
+            let sees = packet.thresholds(design.pairs()) == new.thresholds;
             if !(0..=7).contains(&after) && sees != ((after < 0) != withdraws) {
                 return fail(
                     "registers",
@@ -212,8 +232,14 @@ fn a_set_is_taken_whole_at_any_cycle(simulator: &Simulator) -> Outcome {
     bench.write(COMMIT, 1);
     bench.write(CONTROL, ENABLE | AUTOMATIC | INTERRUPT_ERROR);
     equal("registers", "commit after the interrupt changed", 1, bench.read(COMMIT))?;
-    bench.write(SIZE, 64 << 16 | 64);
-    equal("registers", "commit after a write", 0, bench.read(COMMIT))?;
+    let can_be_written = |register: &&Register| {
+        register.offset != CONTROL && register.fields.iter().any(|field| field.access == FieldAccess::ReadWrite)
+    };
+    for register in registers(design).unwrap().iter().filter(can_be_written) {
+        bench.write(COMMIT, 1);
+        bench.write(register.offset, 64 << 16 | 64);
+        equal("registers", &format!("commit after a write to {}", register.name), 0, bench.read(COMMIT))?;
+    }
     bench.send([(1, true, false), (2, false, false), (3, false, true)]);
     bench.run(10);
     flags(&mut bench, "after a frame without a set", REFUSED)
@@ -222,12 +248,13 @@ fn a_set_is_taken_whole_at_any_cycle(simulator: &Simulator) -> Outcome {
 /// The first beat of a frame, and then no other for long: the registers are written and committed in between, for the
 /// next frame.
 fn a_start_that_stands_keeps_its_set(simulator: &Simulator) -> Outcome {
-    let codes = |by: u32| default_coefficients(&KT27).unwrap().into_iter().map(|code| code - by).collect();
-    let first = Frame::with(&KT27, noise(64, 64, 7), [50, 40], codes(500));
-    let second = Frame::with(&KT27, noise(64, 64, 8), [90, 80], codes(2500));
+    let design = simulator.design();
+    let low = &low(design);
+    let first = Frame::with(design, ground(design, 64, 64, 7), &uneven(design, 0), smaller_by(design, 130));
+    let second = Frame::with(design, ground(design, 64, 64, 8), &uneven(design, 1), smaller_by(design, 26));
     let mut bench = enabled(simulator, 6);
     // A frame before, so that the pipeline neither is empty nor rests.
-    let [before, _] = &*SMALL;
+    let [before, _] = &small(design);
     bench.begin(before, before.beats())?;
     let mut beats = first.beats();
     let rest = beats.split_off(1);
@@ -235,67 +262,69 @@ fn a_start_that_stands_keeps_its_set(simulator: &Simulator) -> Outcome {
     bench.configure(&second);
     bench.run(50);
     bench.send(rest);
-    bench.exactly(before, 0, THRESHOLDS, 0)?;
-    bench.exactly(&first, 1, first.thresholds, 0)?;
+    bench.exactly(before, 0, low, 0)?;
+    bench.exactly(&first, 1, &first.thresholds, 0)?;
     bench.send(second.beats());
-    bench.exactly(&second, 2, second.thresholds, 0)?;
+    bench.exactly(&second, 2, &second.thresholds, 0)?;
     bench.idle()
 }
 
 /// The thresholds that the model's controller makes of a frame's.
-fn followed(design: &DesignPoint, thresholds: [u32; 2], target: u32, counts: [u32; 3]) -> [u32; 2] {
+fn followed(design: &DesignPoint, thresholds: &[u32], target: u32, counts: [u32; 3]) -> Vec<u32> {
     let mut design = design.clone();
     design.threshold.target = target;
-    let mut control = ThresholdController::resumed(&design, &thresholds);
+    let mut control = ThresholdController::resumed(&design, thresholds);
     control.finish_frame(&counts);
-    control.thresholds().try_into().expect("two scale pairs")
+    control.thresholds().to_vec()
 }
 
 /// Frames of the smallest size back to back, so that the next set is there while this frame is still in the columns:
 /// mode, target and manual thresholds change with each.
 fn every_frame_its_own_mode_and_target(simulator: &Simulator) -> Outcome {
+    let design = simulator.design();
     let mut bench = enabled(simulator, 9);
     let steps = [(false, 0), (true, 0), (true, 2000), (false, 2000), (true, 0), (true, 0), (true, 2000), (false, 0)];
-    let mut last: Option<([u32; 2], [u32; 3], bool)> = None;
+    let mut last: Option<(Vec<u32>, [u32; 3], bool)> = None;
     let mut expected = Vec::new();
     for (i, (automatic, target)) in steps.into_iter().enumerate() {
-        let manual = [40 + 10 * i as u32, 90 - 10 * i as u32];
-        let frame = Frame::new(&KT27, noise(64, 64, 30 + i as u64), manual);
+        let manual = [i as u32, 8 - i as u32, i as u32];
+        let manual: Vec<u32> = low(design).into_iter().zip(manual).map(|(low, more)| low + more).collect();
+        let frame = Frame::new(design, ground(design, 64, 64, 30 + i as u64), &manual);
         let thresholds = match last {
-            Some((thresholds, counts, true)) if automatic => followed(&KT27, thresholds, target, counts),
+            Some((thresholds, counts, true)) if automatic => followed(design, &thresholds, target, counts),
             _ => manual,
         };
         bench.write(TARGET, target);
         bench.write(CONTROL, ENABLE | if automatic { AUTOMATIC } else { 0 });
         bench.begin(&frame, frame.beats())?;
-        last = Some((thresholds, count_per_scale(&frame.planes.features(&thresholds)), automatic));
+        last = Some((thresholds.clone(), count_per_scale(&frame.planes.features(&thresholds)), automatic));
         expected.push((frame, thresholds));
     }
     for (number, (frame, thresholds)) in expected.iter().enumerate() {
-        bench.exactly(frame, number as u32, *thresholds, 0)?;
+        bench.exactly(frame, number as u32, thresholds, 0)?;
     }
     bench.idle()
 }
 
 /// Two frames, the second with thresholds that follow: what they become. The sink is open, but records may be dropped.
-fn follows(bench: &mut Bench, frame: &Frame, number: &mut u32, target: u32) -> Outcome<[u32; 2]> {
+fn follows(bench: &mut Bench, frame: &Frame, number: &mut u32, target: u32) -> Outcome<Vec<u32>> {
     bench.write(TARGET, target);
     bench.write(CONTROL, ENABLE);
     bench.begin(frame, frame.beats())?;
-    bench.packet()?.check(frame, *number, frame.thresholds, 0)?;
+    bench.packet()?.check(frame, *number, &frame.thresholds, 0)?;
     bench.write(CONTROL, ENABLE | AUTOMATIC);
     // The first automatic frame takes the manual thresholds, the second follows it.
     bench.begin(frame, frame.beats())?;
     bench.begin(frame, frame.beats())?;
-    bench.packet()?.check(frame, *number + 1, frame.thresholds, 0)?;
+    bench.packet()?.check(frame, *number + 1, &frame.thresholds, 0)?;
     let packet = bench.packet()?;
-    let now = [packet.trailer[4] & strongest(&bench.design), packet.trailer[4] >> 16];
-    let expected =
-        followed(&bench.design, frame.thresholds, target, count_per_scale(&frame.planes.features(&frame.thresholds)));
-    for k in 0..2 {
+    let now = packet.thresholds(frame.thresholds.len());
+    let counts = count_per_scale(&frame.planes.features(&frame.thresholds));
+    let expected = followed(&bench.design, &frame.thresholds, target, counts);
+    for k in 0..now.len() {
         equal("threshold", &format!("scale pair {k}, target {target}"), expected[k], now[k])?;
     }
-    packet.check(frame, *number + 2, now, 0)?;
+    packet.check(frame, *number + 2, &now, 0)?;
     *number += 3;
     Ok(now)
 }
@@ -306,15 +335,16 @@ fn a_target_that_is_met_changes_nothing(simulator: &Simulator) -> Outcome {
     let mut bench = enabled(simulator, 10);
     let mut number = 0;
     let pixels = ground(design, 128, 96, 9);
-    let planes = Frame::new(design, pixels.clone(), [1, 1]);
-    for (quarters, k) in [(3, 0), (3, 1), (5, 0), (5, 1)] {
-        // A threshold that as many features reach as can be such a part of a target.
-        let found = (1..6000).find_map(|threshold| {
-            let count = count_per_scale(&planes.planes.features(&[threshold; 2]))[k];
+    let of_all = |threshold: u32| vec![threshold; design.pairs()];
+    let planes = Frame::new(design, pixels.clone(), &of_all(1));
+    for (quarters, k) in (0..design.pairs()).flat_map(|k| [(3, k), (5, k)]) {
+        // A threshold that as many features reach as can be such a part of a target, and that can fall.
+        let found = (2..6000).find_map(|threshold| {
+            let count = count_per_scale(&planes.planes.features(&of_all(threshold)))[k];
             (count > 0 && (4 * count).is_multiple_of(quarters)).then_some((threshold, 4 * count / quarters))
         });
         let Some((threshold, target)) = found else { return fail("bench", "no threshold has such a count") };
-        let frame = Frame::new(design, pixels.clone(), [threshold; 2]);
+        let frame = Frame::new(design, pixels.clone(), &of_all(threshold));
         let now = follows(&mut bench, &frame, &mut number, target)?;
         equal("threshold", &format!("met with {quarters} quarters, scale pair {k}"), threshold, now[k])?;
         let beyond = if quarters == 3 { target + 1 } else { target - 1 };
@@ -329,63 +359,131 @@ fn a_target_that_is_met_changes_nothing(simulator: &Simulator) -> Outcome {
 /// More than 4096 features of one scale pair: the threshold rises, as it must not if the count stopped at 1023 or lost
 /// its carry.
 fn a_count_beyond_4096(simulator: &Simulator) -> Outcome {
+    let design = simulator.design();
     let mut bench = enabled(simulator, 11);
-    let frame = Frame::new(&KT27, lattice(300, 300), [9, 9]);
-    let many = count_per_scale(&frame.planes.features(&[9, 9]))[0];
+    let thresholds = vec![(4.5 / design.dog().lsb()).max(1.0) as u32; design.pairs()];
+    let frame = Frame::new(design, camera_samples(design, &lattice(300, 300)), &thresholds);
+    let many = count_per_scale(&frame.planes.features(&thresholds))[0];
     if !(4097..4500).contains(&many) {
         return fail("bench", format!("{many} features"));
     }
     let now = follows(&mut bench, &frame, &mut 0, 2000)?;
-    equal("threshold", "after more than 4096 features", 11, now[0])
-}
-
-/// Thresholds neither pass the largest code nor fall below 1.
-fn thresholds_stop_at_their_limits(simulator: &Simulator) -> Outcome {
-    let mut bench = enabled(simulator, 12);
-    let mut number = 0;
-    // White spots, and coefficients that leave the spots in one plane and nothing in the other: responses at the
-    // largest code.
-    let spot = |x: usize, y: usize| if x.abs_diff(32).pow(2) + y.abs_diff(32).pow(2) <= 16 { 0xffff } else { 0 };
-    let mut coefficients = default_coefficients(&KT27).unwrap();
-    coefficients[..6].fill(0xffff);
-    for (thresholds, target) in
-        [([0x7fff, 1], 0), ([0x71c6, 2], 0), ([0x71c7, 3], 0), ([0x71c8, 8], 0), ([0x7000, 9], 0)]
-    {
-        let frame = Frame::with(&KT27, Plane::from_fn(64, 64, spot), thresholds, coefficients.clone());
-        if count_per_scale(&frame.planes.features(&thresholds))[0] == 0 {
-            return fail("bench", "no response at the largest code");
-        }
-        follows(&mut bench, &frame, &mut number, target)?;
-    }
-    for (thresholds, target) in [([1, 1], 2000), ([2, 3], 2000), ([8, 7], 2000), ([9, 10], 2000), ([15, 16], 2000)] {
-        let frame = Frame::new(&KT27, noise(64, 64, 12), thresholds);
-        follows(&mut bench, &frame, &mut number, target)?;
+    if now[0] <= thresholds[0] {
+        return fail("threshold", format!("{} after more than 4096 features", now[0]));
     }
     Ok(())
 }
 
+/// Thresholds neither pass the largest code nor fall below 1.
+fn thresholds_stop_at_their_limits(simulator: &Simulator) -> Outcome {
+    let design = simulator.design();
+    let mut bench = enabled(simulator, 12);
+    let mut number = 0;
+    // White spots, and coefficients that leave the spots in one plane and nothing in the other: responses at the
+    // largest code.
+    let spot = |x: usize, y: usize| if x.abs_diff(32).pow(2) + y.abs_diff(32).pow(2) <= 16 { white(design) } else { 0 };
+    let mut coefficients = default_coefficients(design).unwrap();
+    coefficients[..=design.look_ahead[0] as usize].fill(most(design));
+    let all = |first: u32, others: u32| -> Vec<u32> {
+        (0..design.pairs()).map(|k| if k == 0 { first } else { others }).collect()
+    };
+    let largest = strongest(design);
+    // The last threshold whose step ends at the largest code at most.
+    let last = (1..=largest).rev().find(|threshold| threshold + (threshold >> 3) < largest).unwrap_or(1);
+    for (first, others) in [(largest, 1), (last, 2), (last + 1, 3), (last + 2, 8), (largest - largest / 8, 9)] {
+        let thresholds = all(first, others);
+        let frame = Frame::with(design, Plane::from_fn(64, 64, spot), &thresholds, coefficients.clone());
+        if count_per_scale(&frame.planes.features(&thresholds))[0] == 0 {
+            return fail("bench", "no response at the largest code");
+        }
+        follows(&mut bench, &frame, &mut number, 0)?;
+    }
+    for (first, others) in [(1, 1), (2, 3), (8, 7), (9, 10), (15, 16)] {
+        let frame = Frame::new(design, ground(design, 64, 64, 12), &all(first, others));
+        follows(&mut bench, &frame, &mut number, 2000)?;
+    }
+    Ok(())
+}
+
+/// The record limit withholds features of each scale pair, at limits from none to nearly all.
+fn more_features_than_the_record_limit(simulator: &Simulator) -> Outcome {
+    let design = simulator.design();
+    let mut bench = enabled(simulator, 18);
+    let pixels = ground(design, 128, 170, 18);
+    for (number, limit) in [0, 63, 300, 1000].into_iter().enumerate() {
+        let mut frame = Frame::new(design, pixels.clone(), &low(design));
+        frame.record_limit = limit;
+        let [found, sent] = [frame.planes.features(&frame.thresholds), frame.sent(&frame.thresholds).0];
+        let [found, sent] = [count_per_scale(&found), count_per_scale(&sent)];
+        if limit < 1000 && (0..design.pairs()).any(|k| found[k] == sent[k]) {
+            return fail("bench", format!("the limit of {limit} withholds {sent:?} of {found:?}"));
+        }
+        bench.begin(&frame, frame.beats())?;
+        bench.exactly(&frame, number as u32, &frame.thresholds, 0)?;
+    }
+    bench.idle()
+}
+
+/// More candidates wait for their rings than the queue holds: features of each scale pair are dropped and counted.
+fn every_pair_drops_at_a_full_queue(simulator: &Simulator) -> Outcome {
+    let design = simulator.design();
+    let mut bench = enabled(simulator, 19);
+    // Noise for the coarse scale pairs, points four apart for the finest.
+    let (w, h) = (design.width as usize, 80);
+    let points = lattice(w, h);
+    let noise = noise(w, h, 19);
+    let pixels = Plane::from_fn(w, h, |x, y| noise[(x, y)] / 2 + points[(x, y)] / 2);
+    let mut frame = Frame::new(design, camera_samples(design, &pixels), &vec![1; design.pairs()]);
+    frame.record_limit = 0xffff;
+    bench.begin(&frame, frame.beats())?;
+    let packet = bench.packet()?;
+    packet.check(&frame, 0, &frame.thresholds, 0)?;
+    let mut taken = [0; 3];
+    for record in packet.records.iter().filter_map(|record| FeatureRecord::unpack(record)) {
+        taken[usize::from(record.scale)] += 1;
+    }
+    let found = count_per_scale(&frame.planes.features(&frame.thresholds));
+    if (0..design.pairs()).any(|k| taken[k] == found[k]) {
+        return fail("bench", format!("{taken:?} of {found:?} features are not dropped"));
+    }
+    bench.idle()?;
+    flags(&mut bench, "after drops at the queue", FRAME | DROPS)
+}
+
 /// Features that wait for a sink which takes nothing: as many as the FIFO gives room, with those at its output.
-const WAITING: usize = 498;
+fn waiting(design: &DesignPoint) -> usize {
+    design.record_fifo as usize - RESERVED + 2
+}
 
 /// A frame with `wanted` features, the thresholds searched for it.
-fn with_features(wanted: usize) -> Outcome<Frame> {
+fn with_features(design: &DesignPoint, wanted: usize) -> Outcome<Frame> {
+    let of_all = vec![1; design.pairs()];
     (4..12)
-        .find_map(|seed| thresholds_for(wanted, Frame::new(&KT27, noise(224, 170, seed), [1, 1])))
+        .find_map(|seed| thresholds_for(design, wanted, Frame::new(design, ground(design, 224, 170, seed), &of_all)))
         .map_or_else(|| fail("bench", format!("no thresholds give {wanted} features")), Ok)
 }
 
-/// The frame with thresholds that leave it `wanted` features.
-fn thresholds_for(wanted: usize, all: Frame) -> Option<Frame> {
-    let features = all.planes.features(&[1, 1]);
-    let reach = |scale: u8, threshold: u32| {
-        let of_scale = features.iter().filter(|feature| u32::from(feature.scale) == u32::from(scale));
-        of_scale.filter(|feature| u32::from(feature.response) >= threshold).count()
+/// The frame with thresholds that leave it `wanted` features, of the first two scale pairs.
+fn thresholds_for(design: &DesignPoint, wanted: usize, all: Frame) -> Option<Frame> {
+    let largest = strongest(design);
+    let features = all.planes.features(&all.thresholds);
+    // Entry `t`: the features of a scale pair that reach the threshold `t`.
+    let reach = |scale: u8| -> Vec<usize> {
+        let mut count = vec![0; largest as usize + 2];
+        let of_scale = features.iter().filter(|feature| feature.scale == scale);
+        of_scale.for_each(|feature| count[usize::from(feature.response)] += 1);
+        (0..=largest as usize).rev().for_each(|threshold| count[threshold] += count[threshold + 1]);
+        count
     };
-    let coarse: Vec<usize> = (0..3000).map(|threshold| reach(1, threshold)).collect();
-    for fine in 1..3000 {
-        let Some(rest) = wanted.checked_sub(reach(0, fine)) else { continue };
-        let Some(coarse) = coarse.iter().skip(1).position(|count| *count == rest) else { continue };
-        let thresholds = [fine, coarse as u32 + 1];
+    let (fine, coarse) = (reach(0), reach(1));
+    for first in 1..=largest {
+        let Some(rest) = wanted.checked_sub(fine[first as usize]) else { continue };
+        // The counts fall with the threshold.
+        let second = coarse.partition_point(|count| *count > rest).max(1) as u32;
+        if second > largest || coarse[second as usize] != rest {
+            continue;
+        }
+        let thresholds = [first, second, largest][..design.pairs()].to_vec();
         // `room` is a clock or two behind the last record: the last two stand far enough apart for it.
         let last = all.planes.features(&thresholds).split_off(wanted - 2);
         if last[0].y != last[1].y || last[0].x.abs_diff(last[1].x) > 8 {
@@ -397,11 +495,12 @@ fn thresholds_for(wanted: usize, all: Frame) -> Option<Frame> {
 
 /// A closed sink and one feature more than there is room for: one dropped feature is counted and reported.
 fn one_dropped_feature(simulator: &Simulator) -> Outcome {
+    let design = simulator.design();
     for extra in [0, 1] {
         let mut bench = enabled(simulator, 13);
         bench.write(CONTROL, ENABLE | INTERRUPT_ERROR);
         bench.set_sink_pause(1.0);
-        let frame = with_features(WAITING + extra)?;
+        let frame = with_features(design, waiting(design) + extra)?;
         bench.begin(&frame, frame.beats())?;
         bench.idle()?;
         let dropped = extra as u32;
@@ -411,7 +510,7 @@ fn one_dropped_feature(simulator: &Simulator) -> Outcome {
         equal("interrupt", "at a drop", dropped, u32::from(bench.interrupt()))?;
         bench.set_sink_pause(0.0);
         let packet = bench.packet()?;
-        equal("record", "dropped", dropped, packet.check(&frame, 0, frame.thresholds, 0)?)?;
+        equal("record", "dropped", dropped, packet.check(&frame, 0, &frame.thresholds, 0)?)?;
     }
     Ok(())
 }
@@ -419,11 +518,13 @@ fn one_dropped_feature(simulator: &Simulator) -> Outcome {
 /// Behind a closed sink features fill their part of the FIFO and trailers the rest, down to the last three places; then
 /// the video stops.
 fn the_video_stops_behind_thirteen_trailers(simulator: &Simulator) -> Outcome {
+    let design = simulator.design();
     let mut bench = enabled(simulator, 14);
     bench.set_sink_pause(1.0);
-    let frame = with_features(WAITING)?;
+    let low = &low(design);
+    let frame = with_features(design, waiting(design))?;
     bench.begin(&frame, frame.beats())?;
-    let empty = Frame::new(&KT27, Plane::filled(64, 64, 9), THRESHOLDS);
+    let empty = Frame::new(design, Plane::filled(64, 64, 9), low);
     bench.idle()?;
     bench.configure(&empty);
     (0..16).for_each(|_| bench.send(empty.beats()));
@@ -433,44 +534,53 @@ fn the_video_stops_behind_thirteen_trailers(simulator: &Simulator) -> Outcome {
         return fail("feature FIFO", "the video was never stopped");
     }
     bench.set_sink_pause(0.0);
-    bench.exactly(&frame, 0, frame.thresholds, 0)?;
+    bench.exactly(&frame, 0, &frame.thresholds, 0)?;
     for number in 1..=16 {
-        bench.exactly(&empty, number, THRESHOLDS, 0)?;
+        bench.exactly(&empty, number, low, 0)?;
     }
     bench.idle()
 }
 
-/// Narrow and middle smoother alike: no fine response at all, and a coarse one that reaches further than its code.
-fn spotted(radius: usize) -> Frame {
-    let spot =
-        |x: usize, y: usize| if x.abs_diff(32).pow(2) + y.abs_diff(32).pow(2) <= radius.pow(2) { 0xffff } else { 0 };
-    let mut coefficients = default_coefficients(&KT27).unwrap();
-    coefficients[..12].fill(0xffff);
-    Frame::with(&KT27, Plane::from_fn(64, 64, spot), [3000, 2000], coefficients)
+/// A white spot, and the smoothers up to the narrow one of scale pair `k` that leave it as it is: no response in the
+/// finer pairs, and one in `k` that reaches further than its code.
+fn spotted(design: &DesignPoint, k: usize, radius: usize) -> Frame {
+    let inside = |x: usize, y: usize| x.abs_diff(32).pow(2) + y.abs_diff(32).pow(2) <= radius.pow(2);
+    let mut coefficients = default_coefficients(design).unwrap();
+    let alike: u32 = design.look_ahead[..=k].iter().map(|stages| stages + 1).sum();
+    coefficients[..alike as usize].fill(most(design));
+    let thresholds: Vec<u32> =
+        [1500.0, 1000.0, 1000.0][..design.pairs()].iter().map(|dn| (dn / design.dog().lsb()) as u32).collect();
+    let pixels = Plane::from_fn(64, 64, |x, y| if inside(x, y) { white(design) } else { 0 });
+    Frame::with(design, pixels, &thresholds, coefficients)
 }
 
-/// A response cut in the coarse scale pair alone is reported as well.
-fn a_coarse_response_alone_is_cut(simulator: &Simulator) -> Outcome {
-    let mut bench = enabled(simulator, 15);
-    let frame = spotted(3);
-    if frame.planes.saturated[0] != 0 || frame.planes.saturated[1] == 0 {
-        return fail("bench", format!("{:?} responses are cut", frame.planes.saturated));
+/// A response cut in any single scale pair is reported.
+fn a_response_of_one_scale_pair_is_cut(simulator: &Simulator) -> Outcome {
+    let design = simulator.design();
+    for k in 0..design.pairs() {
+        let mut bench = enabled(simulator, 15);
+        let frame = (0..6)
+            .map(|radius| spotted(design, k, radius))
+            .find(|frame| (0..design.pairs()).all(|pair| (frame.planes.saturated[pair] > 0) == (pair == k)));
+        let Some(frame) = frame else { return fail("bench", format!("no spot is cut in scale pair {k} alone")) };
+        bench.begin(&frame, frame.beats())?;
+        bench.exactly(&frame, 0, &frame.thresholds, 0)?;
+        bench.idle()?;
+        flags(&mut bench, &format!("after a response of scale pair {k} was cut"), FRAME | SATURATED)?;
     }
-    bench.begin(&frame, frame.beats())?;
-    bench.exactly(&frame, 0, frame.thresholds, 0)?;
-    bench.idle()?;
-    flags(&mut bench, "after a coarse response was cut", FRAME | SATURATED)
+    Ok(())
 }
 
 /// A status bit that is cleared in the very cycle of its event stays; a cycle later it goes.
 fn an_event_in_the_cycle_of_its_clearing(simulator: &Simulator) -> Outcome {
-    let [good, other] = &*SMALL;
+    let design = simulator.design();
+    let [good, other] = &small(design);
     let size = good.pixels.as_slice().len();
-    let once = spotted(0);
-    if once.planes.saturated != [0, 1] {
+    let once = spotted(design, design.pairs() - 1, 0);
+    if once.planes.saturated.iter().sum::<u64>() != 1 {
         return fail("bench", format!("{:?} responses are cut", once.planes.saturated));
     }
-    let dropping = with_features(WAITING + 1)?;
+    let dropping = with_features(design, waiting(design) + 1)?;
     let good_beats = good.beats();
     let cases: [(u32, &str, &Frame, Vec<Beat>, bool); 8] = [
         (BEGUN, "begun", good, good_beats.clone(), false),
@@ -534,9 +644,12 @@ fn an_event_in_the_cycle_of_its_clearing(simulator: &Simulator) -> Outcome {
 /// Exact numbers of cycles, without a pause: from a frame's last beat to its trailer, and from the start of a frame of
 /// a new size to its third beat.
 fn cycles_from_port_to_port(simulator: &Simulator) -> Outcome {
+    let design = simulator.design();
+    let low = &low(design);
+    let (lines, cycles) = latency(design);
     for (w, h) in [(64, 64), (65, 64), (100, 70), (333, 65)] {
         let mut bench = enabled(simulator, 17);
-        let frame = Frame::new(&KT27, noise(w, h, 17), THRESHOLDS);
+        let frame = Frame::new(design, ground(design, w, h, 17), low);
         bench.configure(&frame);
         bench.run(4);
         bench.send(frame.beats());
@@ -552,19 +665,18 @@ fn cycles_from_port_to_port(simulator: &Simulator) -> Outcome {
         equal(
             "trailer",
             &format!("cycles behind the last of {w} x {h} pixels"),
-            81 * w as u64 + TO_THE_TRAILER,
+            lines * w as u64 + cycles,
             bench.cycle - last,
         )?;
-        bench.exactly(&frame, 0, THRESHOLDS, 0)?;
+        bench.exactly(&frame, 0, low, 0)?;
         // As exact after a frame of the same size: nothing has to settle.
         bench.idle()?;
         bench.send(frame.beats());
         let begin = first_offer(&bench);
         bench.until("all beats", 100_000, |bench| bench.is_sent())?;
         equal("sequencer", "cycles of a frame", (w * h) as u64, bench.cycle - begin)?;
-        bench.exactly(&frame, 1, THRESHOLDS, 0)?;
-        let now = THRESHOLDS[1] << 16 | THRESHOLDS[0];
-        equal("registers", "thresholds in use", now, bench.read(THRESHOLD_NOW))?;
+        bench.exactly(&frame, 1, low, 0)?;
+        bench.has_thresholds(low)?;
     }
     Ok(())
 }
@@ -577,6 +689,3 @@ fn first_offer(bench: &Bench) -> u64 {
 
 /// Cycles from the first offer of a frame of a new size to its third beat, the pipeline empty.
 const TO_THE_THIRD: u64 = 7;
-
-/// Cycles from a frame's last beat to its trailer, behind 81 lines.
-const TO_THE_TRAILER: u64 = 171;

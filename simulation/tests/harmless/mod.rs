@@ -109,6 +109,24 @@ const HARMLESS: &[Harmless] = &[
 const ELSEWHERE: &[Harmless] = &[
     ("pulse_delay_16", RESETS, "", "", ROWS, Later("row_look_ahead")),
     ("row_look_back_1/flag_delay_4", RESETS, "", "", ROWS, Later("row_look_back")),
+    ("row_look_back_4/flag_delay_4", RESETS, "", "", ROWS, Later("row_look_back")),
+    ("tail_counter", RESETS, "11'd0", "x", "x is set as the tail begins, before it counts", By("unset_registers")),
+    (
+        "csr",
+        &[Kind::Constant],
+        "{record_limit_count, 15'd0",
+        "",
+        "its constants are the bits of a bank above the mode, the thresholds and the coefficients",
+        Hole(UNUSED),
+    ),
+    (
+        "hoverlock_core",
+        &[Kind::Width],
+        "extractor_frames",
+        "",
+        "no run has 2^31 frames: 4.5 years at 15 a second",
+        Hole(UNUSED),
+    ),
     (
         "sequencer",
         &[Kind::Stuck, Kind::Width],

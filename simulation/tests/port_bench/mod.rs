@@ -8,9 +8,9 @@
 
 pub mod scenarios;
 
-use std::{cell::RefCell, collections::VecDeque, fmt, rc::Rc};
+use std::{cell::RefCell, collections::VecDeque, fmt, rc::Rc, time::Instant};
 
-use hoverlock_design::DesignPoint;
+use hoverlock_design::{DesignPoint, SHIPPED};
 use hoverlock_fixed_point::model::bit_true::{BitTrue, Planes};
 use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_fixed_point::model::record::FeatureRecord;
@@ -20,10 +20,11 @@ use hoverlock_harness::bus::stream::{Frame as StreamFrame, Rules};
 use hoverlock_harness::bus::{Pause, Switch};
 use hoverlock_harness::sim::{Edge, Signal, Sim};
 use hoverlock_reference::image::plane::Plane;
-use hoverlock_registers::record::{FLAG_TRAILER, default_limit};
+use hoverlock_registers::record::{FLAG_TEN_WORDS, FLAG_TRAILER, RECORD_WORDS, default_limit, record_words};
 use hoverlock_rtl::emission::files_of;
 use hoverlock_rtl::registers::default_coefficients;
-use hoverlock_simulation::{Simulator, Top, simulation};
+use hoverlock_rtl::smoother::steps;
+use hoverlock_simulation::{Simulator, Top, Trace, simulation};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -36,6 +37,10 @@ pub use hoverlock_registers::kt27::{
     STATUS_REFUSED as REFUSED, STATUS_SATURATED as SATURATED, STATUS_SHORT_FRAME as SHORT, TARGET, THRESHOLD,
     THRESHOLD_NOW,
 };
+
+/// Byte addresses of the registers that designs of three scale pairs have in addition.
+pub const THRESHOLD_2: u32 = 0x34;
+pub const THRESHOLD_NOW_2: u32 = 0x38;
 
 /// The failure of a scenario: the stage and the difference.
 #[derive(Debug, Clone)]
@@ -69,7 +74,8 @@ pub fn equal<T: PartialEq + fmt::LowerHex>(stage: &'static str, what: &str, expe
 pub struct Frame {
     pub pixels: Plane<u16>,
     pub coefficients: Vec<u32>,
-    pub thresholds: [u32; 2],
+    /// `T_k` of each scale pair.
+    pub thresholds: Vec<u32>,
     pub planes: Planes,
     /// Most features that it sends.
     pub record_limit: u32,
@@ -79,14 +85,15 @@ pub struct Frame {
 
 impl Frame {
     /// With the coefficients and the record limit of the design. Samples are those of its camera.
-    pub fn new(design: &DesignPoint, pixels: Plane<u16>, thresholds: [u32; 2]) -> Self {
+    pub fn new(design: &DesignPoint, pixels: Plane<u16>, thresholds: &[u32]) -> Self {
         Self::with(design, pixels, thresholds, default_coefficients(design).unwrap())
     }
 
-    pub fn with(design: &DesignPoint, pixels: Plane<u16>, thresholds: [u32; 2], coefficients: Vec<u32>) -> Self {
+    pub fn with(design: &DesignPoint, pixels: Plane<u16>, thresholds: &[u32], coefficients: Vec<u32>) -> Self {
+        assert_eq!(thresholds.len(), design.pairs());
         let planes = BitTrue::new(design).unwrap().with_coefficients(&coefficients).planes(&pixels);
         let (record_limit, max) = (default_limit(design.pairs()), design.max_dog());
-        Self { pixels, coefficients, thresholds, planes, record_limit, max }
+        Self { pixels, coefficients, thresholds: thresholds.to_vec(), planes, record_limit, max }
     }
 
     pub fn width(&self) -> usize {
@@ -103,17 +110,16 @@ impl Frame {
 
     /// Returns the features that the record limit lets through at `thresholds`, LSB of the DoG, and the number of
     /// those withheld.
-    pub fn sent(&self, thresholds: [u32; 2]) -> (Vec<FeatureRecord>, usize) {
-        let features = self.planes.features(&thresholds);
-        let sent = RecordLimit::sent(self.record_limit, &thresholds, self.max, self.height(), &features);
+    pub fn sent(&self, thresholds: &[u32]) -> (Vec<FeatureRecord>, usize) {
+        let features = self.planes.features(thresholds);
+        let sent = RecordLimit::sent(self.record_limit, thresholds, self.max, self.height(), &features);
         let withheld = features.len() - sent.len();
         (sent, withheld)
     }
 
-    /// Returns the records of [`Frame::sent`], packed as the eight words of two scale pairs.
-    pub fn records(&self, thresholds: [u32; 2]) -> Vec<[u32; 8]> {
-        let pack = |feature: &FeatureRecord| std::array::from_fn(|i| feature.pack()[i]);
-        self.sent(thresholds).0.iter().map(pack).collect()
+    /// Returns the records of [`Frame::sent`], packed.
+    pub fn records(&self, thresholds: &[u32]) -> Vec<Words> {
+        self.sent(thresholds).0.iter().map(FeatureRecord::pack).collect()
     }
 
     /// Its beats, all of them: pixel, start, end.
@@ -126,11 +132,14 @@ impl Frame {
 /// One beat of the video stream: pixel, start of packet, end of packet.
 pub type Beat = (u16, bool, bool);
 
+/// The words of a record; those that the records of the design do not have are 0.
+pub type Words = [u32; RECORD_WORDS];
+
 /// A packet of features with its trailer.
 #[derive(Debug, Clone)]
 pub struct Packet {
-    pub records: Vec<[u32; 8]>,
-    pub trailer: [u32; 8],
+    pub records: Vec<Words>,
+    pub trailer: Words,
 }
 
 /// A register access of one cycle.
@@ -158,7 +167,7 @@ impl Pauses {
 }
 
 pub struct Bench {
-    /// The design of two scale pairs that is simulated.
+    /// The design that is simulated.
     pub design: DesignPoint,
     sim: Rc<RefCell<Sim>>,
     top: Top,
@@ -324,7 +333,7 @@ impl Bench {
         self.top.clock.rising_edge().await;
         self.cycle += 1;
         while let Some(packet) = self.top.features.try_recv() {
-            self.packets.push_back(Packet::of(&packet.symbols));
+            self.packets.push_back(Packet::of(&packet.symbols, record_words(self.design.pairs())));
         }
         if read == 0 {
             return Ok(0);
@@ -402,7 +411,9 @@ impl Bench {
     /// Writes what a frame needs, and commits it.
     pub fn configure(&mut self, frame: &Frame) {
         self.write(SIZE, (frame.height() << 16 | frame.width()) as u32);
-        self.write(THRESHOLD, frame.thresholds[1] << 16 | frame.thresholds[0]);
+        for (address, word) in threshold_words([THRESHOLD, THRESHOLD_2], &frame.thresholds) {
+            self.write(address, word);
+        }
         self.write(RECORD_LIMIT, frame.record_limit);
         for (i, raw) in frame.coefficients.iter().enumerate() {
             self.write(COEFFICIENTS_OFFSET + 4 * i as u32, *raw);
@@ -426,10 +437,18 @@ impl Bench {
     }
 
     /// The next packet is this frame's, whole.
-    pub fn exactly(&mut self, frame: &Frame, number: u32, thresholds: [u32; 2], errors: u32) -> Outcome {
+    pub fn exactly(&mut self, frame: &Frame, number: u32, thresholds: &[u32], errors: u32) -> Outcome {
         let packet = self.packet()?;
         let dropped = packet.check(frame, number, thresholds, errors)?;
         equal("record", "dropped features", 0, dropped)
+    }
+
+    /// The registers of the thresholds in use read these.
+    pub fn has_thresholds(&mut self, thresholds: &[u32]) -> Outcome {
+        for (address, word) in threshold_words([THRESHOLD_NOW, THRESHOLD_NOW_2], thresholds) {
+            equal("registers", "thresholds in use", word, self.read(address))?;
+        }
+        Ok(())
     }
 
     /// Resets by software and discards the records in progress, as their sink must do.
@@ -451,24 +470,26 @@ impl Bench {
 }
 
 impl Packet {
-    /// The packet of symbols as the sink received them: the last word of a record first.
-    fn of(symbols: &[u64]) -> Self {
-        let word = |record: &[u64], i: usize| record.get(7 - i).map_or(0, |word| *word as u32);
-        let mut records: Vec<[u32; 8]> =
-            symbols.chunks(8).map(|record| std::array::from_fn(|i| word(record, i))).collect();
+    /// The packet of symbols as the sink received them: the last of the `words` of a record first.
+    fn of(symbols: &[u64], words: usize) -> Self {
+        let word = |record: &[u64], i: usize| (i < words).then(|| record.get(words - 1 - i)).flatten().copied();
+        let mut records: Vec<Words> = symbols
+            .chunks(words)
+            .map(|record| std::array::from_fn(|i| word(record, i).unwrap_or_default() as u32))
+            .collect();
         let trailer = records.pop().unwrap_or_default();
         Self { records, trailer }
     }
 
     /// No record but the last is a trailer.
     fn is_whole(&self) -> bool {
-        let is_trailer = |words: &[u32; 8]| words[1] >> 16 & u32::from(FLAG_TRAILER) != 0;
+        let is_trailer = |words: &Words| words[1] >> 16 & u32::from(FLAG_TRAILER) != 0;
         is_trailer(&self.trailer) && !self.records.iter().any(is_trailer)
     }
 
     /// Compares with `bit_true`: all records or an ordered part of them, and the whole trailer. Returns the number of
     /// dropped features.
-    pub fn check(&self, frame: &Frame, number: u32, thresholds: [u32; 2], errors: u32) -> Outcome<u32> {
+    pub fn check(&self, frame: &Frame, number: u32, thresholds: &[u32], errors: u32) -> Outcome<u32> {
         if !self.is_whole() {
             return fail(
                 "feature stream",
@@ -486,14 +507,54 @@ impl Packet {
             }
         }
         let dropped = (whole.len() - self.records.len()) as u32;
-        let now = thresholds[1] << 16 | thresholds[0];
+        let [now, now_2] = halves(thresholds);
         let withheld = frame.sent(thresholds).1 as u32;
-        let trailer = [number, 0x8000_0000 | errors, self.records.len() as u32, dropped, now, 0, withheld, 0];
+        let flags = FLAG_TRAILER | if thresholds.len() > 2 { FLAG_TEN_WORDS } else { 0 };
+        let (first, sent) = (u32::from(flags) << 16 | errors, self.records.len() as u32);
+        let trailer = [number, first, sent, dropped, now, now_2, withheld, 0, 0, 0];
         if self.trailer != trailer {
             return fail("trailer", format!("frame {number}: expected {trailer:08x?}, actual {:08x?}", self.trailer));
         }
         Ok(dropped)
     }
+
+    /// The thresholds that its trailer reports, one for each of the scale pairs.
+    pub fn thresholds(&self, pairs: usize) -> Vec<u32> {
+        let halves = [self.trailer[4] & 0xffff, self.trailer[4] >> 16, self.trailer[5]];
+        halves[..pairs].to_vec()
+    }
+}
+
+/// Thresholds of 16 bits in the words of registers and trailers: the first lowest, two in a word.
+pub fn halves(thresholds: &[u32]) -> [u32; 2] {
+    let half = |k: usize| thresholds.get(k).copied().unwrap_or_default();
+    [half(1) << 16 | half(0), half(2)]
+}
+
+/// The registers that hold thresholds, of those at two addresses, and their words.
+pub fn threshold_words(addresses: [u32; 2], thresholds: &[u32]) -> impl Iterator<Item = (u32, u32)> {
+    addresses.into_iter().zip(halves(thresholds)).take(thresholds.len().div_ceil(2))
+}
+
+/// Cycles from the smoothed sample to the trailer on the port.
+const BEHIND_THE_SMOOTHERS: u64 = 33;
+
+/// From a frame's last beat to its trailer on the port without a pause: lines, and cycles besides.
+pub fn latency(design: &DesignPoint) -> (u64, u64) {
+    let longest = design.look_ahead.iter().copied().max().unwrap_or_default();
+    ((1 << longest) - 1 + 18, steps(longest.into()) + BEHIND_THE_SMOOTHERS)
+}
+
+/// Runs a check on each shipped design but the default. Returns what it found, with the name of the design.
+pub fn of_other_designs(check: impl Fn(&Simulator) -> Vec<String>) -> Vec<String> {
+    let of = |name: &str| {
+        let design = DesignPoint::shipped(name).unwrap();
+        let begin = Instant::now();
+        let found = check(&Simulator::of_design(&design, None, Trace::None).unwrap());
+        eprintln!("{name}: {:.1} s", begin.elapsed().as_secs_f64());
+        found.into_iter().map(|failure| format!("{name}: {failure}")).collect::<Vec<_>>()
+    };
+    SHIPPED[1..].iter().flat_map(|(name, _)| of(name)).collect()
 }
 
 /// What the `emission` register reads, as the C header of the design says.

@@ -4,12 +4,12 @@ use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_sca
 use hoverlock_registers::Access as FieldAccess;
 use hoverlock_rtl::cells::record_fifo::RESERVED;
 use hoverlock_rtl::registers::registers;
-use rand::{RngExt, SeedableRng};
+use rand::{RngExt, SeedableRng, seq::IteratorRandom};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
 
-/// A scenario on a model of a design of two scale pairs.
+/// A scenario on a model of any design.
 pub type Scenario = fn(&Simulator) -> Outcome;
 
 /// All of them, the quick and telling ones first.
@@ -28,14 +28,14 @@ pub const SCENARIOS: [(&str, Scenario); 12] = [
     ("overflow", a_sink_that_sleeps),
 ];
 
-/// 30 and 22.5 DN, or the least there is.
-fn low(design: &DesignPoint) -> [u32; 2] {
-    [30.0, 22.5].map(|dn| (dn / design.dog().lsb()).max(1.0) as u32)
+/// 30, 22.5 and 18 DN, or the least there is.
+pub fn low(design: &DesignPoint) -> Vec<u32> {
+    [30.0, 22.5, 18.0][..design.pairs()].iter().map(|dn| (dn / design.dog().lsb()).max(1.0) as u32).collect()
 }
 
 /// Three frames of the smallest size, every one different.
 fn small(design: &DesignPoint) -> [Frame; 3] {
-    [1, 2, 3].map(|seed| Frame::new(design, ground(design, 64, 64, seed), low(design)))
+    [1, 2, 3].map(|seed| Frame::new(design, ground(design, 64, 64, seed), &low(design)))
 }
 
 /// Every register: identification, values after reset, what can be written, and what must not change with it.
@@ -101,7 +101,7 @@ fn status(bench: &mut Bench, expected: u32) -> Outcome {
 /// Each bit is set by its event only, stays, is cleared by a one and by nothing else; the interrupt follows.
 pub fn status_and_interrupt(simulator: &Simulator) -> Outcome {
     let design = simulator.design();
-    let low = low(design);
+    let low = &low(design);
     let mut bench = Bench::new(simulator, 3);
     let [frame, other, _] = &small(design);
     status(&mut bench, 0)?;
@@ -114,8 +114,7 @@ pub fn status_and_interrupt(simulator: &Simulator) -> Outcome {
     bench.exactly(frame, 0, low, 0)?;
     bench.idle()?;
     status(&mut bench, BEGUN | FRAME)?;
-    let now = low[1] << 16 | low[0];
-    equal("registers", "thresholds in use", now, bench.read(THRESHOLD_NOW))?;
+    bench.has_thresholds(low)?;
     equal("registers", "frames", 1, bench.read(FRAMES))?;
     equal("registers", "features", frame.records(low).len() as u32, bench.read(FEATURES))?;
     equal("registers", "dropped", 0, bench.read(DROPPED))?;
@@ -175,10 +174,11 @@ pub fn status_and_interrupt(simulator: &Simulator) -> Outcome {
         );
     let mut coefficients = default_coefficients(design).unwrap();
     coefficients[..=design.look_ahead[0] as usize].fill(most(design));
-    let wide = Frame::with(design, spot, [strongest(design) / 10, strongest(design) / 15], coefficients);
-    assert!(wide.saturates() && !wide.records(wide.thresholds).is_empty());
+    let thresholds = [10, 15, 20].map(|part| strongest(design) / part);
+    let wide = Frame::with(design, spot, &thresholds[..design.pairs()], coefficients);
+    assert!(wide.saturates() && !wide.records(&wide.thresholds).is_empty());
     bench.begin(&wide, wide.beats())?;
-    bench.exactly(&wide, 5, wide.thresholds, 0)?;
+    bench.exactly(&wide, 5, &wide.thresholds, 0)?;
     bench.idle()?;
     status(&mut bench, FRAME | SATURATED)?;
     equal("interrupt", "at a saturated response", 1, u8::from(bench.interrupt()))?;
@@ -189,7 +189,7 @@ pub fn status_and_interrupt(simulator: &Simulator) -> Outcome {
 /// Frames back to back, each with its own coefficients and thresholds, its own records and its own trailer.
 pub fn frames_keep_their_registers(simulator: &Simulator) -> Outcome {
     let design = simulator.design();
-    let low = low(design);
+    let low = &low(design);
     let mut bench = Bench::new(simulator, 9);
     bench.write(CONTROL, ENABLE);
     let mut random = ChaCha8Rng::seed_from_u64(10);
@@ -197,19 +197,21 @@ pub fn frames_keep_their_registers(simulator: &Simulator) -> Outcome {
         // From a third to the whole: features are found with any such coefficients.
         let count = default_coefficients(design).unwrap().len();
         let coefficients = (0..count).map(|_| random.random_range(most(design) / 3..=most(design))).collect();
-        Frame::with(
-            design,
-            ground(design, 64, 64, seed),
-            [random.random_range(1..=2 * low[0]), random.random_range(1..=2 * low[1])],
-            coefficients,
-        )
+        let frame = Frame::with(design, ground(design, 64, 64, seed), low, coefficients);
+        let features = frame.planes.features(low);
+        // The response of any of its features, so that the threshold decides about others.
+        let threshold = |k: usize| {
+            let of_pair = features.iter().filter(|feature| usize::from(feature.scale) == k);
+            of_pair.choose(random).map_or(low[k], |feature| feature.response.into())
+        };
+        Frame { thresholds: (0..design.pairs()).map(threshold).collect(), ..frame }
     };
     let frames: Vec<Frame> = (0..4).map(|seed| frame(seed, &mut random)).collect();
     for frame in &frames {
         bench.begin(frame, frame.beats())?;
     }
     for (number, frame) in frames.iter().enumerate() {
-        bench.exactly(frame, number as u32, frame.thresholds, 0)?;
+        bench.exactly(frame, number as u32, &frame.thresholds, 0)?;
     }
     bench.idle()
 }
@@ -217,7 +219,7 @@ pub fn frames_keep_their_registers(simulator: &Simulator) -> Outcome {
 /// Short, long and interrupted frames at telling lengths: padded, cut, reported once, and their neighbours exact.
 pub fn faulty_frames(simulator: &Simulator) -> Outcome {
     let design = simulator.design();
-    let low = low(design);
+    let low = &low(design);
     let mut bench = Bench::new(simulator, 4);
     bench.write(CONTROL, ENABLE);
     let [good, other, _] = &small(design);
@@ -266,7 +268,7 @@ pub fn faulty_frames(simulator: &Simulator) -> Outcome {
 /// reports the errors of its own frame.
 pub fn errors_keep_to_their_trailer(simulator: &Simulator) -> Outcome {
     let design = simulator.design();
-    let low = low(design);
+    let low = &low(design);
     let mut bench = Bench::new(simulator, 12);
     let [good, ..] = &small(design);
     let length = good.pixels.as_slice().len() - 1;
@@ -303,7 +305,7 @@ pub fn errors_keep_to_their_trailer(simulator: &Simulator) -> Outcome {
 /// and shrink in both directions.
 pub fn refused_and_changed_sizes(simulator: &Simulator) -> Outcome {
     let design = simulator.design();
-    let low = low(design);
+    let low = &low(design);
     let mut bench = Bench::new(simulator, 5);
     bench.write(CONTROL, ENABLE);
     let widest = design.width as usize;
@@ -356,7 +358,7 @@ pub fn refused_and_changed_sizes(simulator: &Simulator) -> Outcome {
 /// Two frames of one size with a gap, the second beginning at some step of the first one's drain.
 pub fn gap(simulator: &Simulator, cycles: u64, pauses: f64, seed: u64) -> Outcome {
     let design = simulator.design();
-    let low = low(design);
+    let low = &low(design);
     let mut bench = Bench::new(simulator, seed);
     bench.set_source_pause(pauses);
     bench.set_sink_pause(pauses);
@@ -382,7 +384,7 @@ pub fn gaps_of_every_kind(simulator: &Simulator) -> Outcome {
 /// last one.
 pub fn a_disabled_core_drains(simulator: &Simulator) -> Outcome {
     let design = simulator.design();
-    let low = low(design);
+    let low = &low(design);
     let mut bench = Bench::new(simulator, 6);
     let [frame, other, _] = &small(design);
     bench.configure(frame);
@@ -423,7 +425,7 @@ pub fn resets_at_any_moment(simulator: &Simulator) -> Outcome {
 /// A reset at a moment of the second frame; then the data in flight are lost and the next frame is the first.
 pub fn reset_at(simulator: &Simulator, moment: u64, software: bool, seed: u64) -> Outcome {
     let design = simulator.design();
-    let low = low(design);
+    let low = &low(design);
     let mut bench = Bench::new(simulator, seed);
     let [before, lost, after] = &small(design);
     bench.write(CONTROL, ENABLE);
@@ -466,11 +468,12 @@ pub fn reset_at(simulator: &Simulator, moment: u64, software: bool, seed: u64) -
 pub fn a_reset_forgets_set_and_thresholds(simulator: &Simulator) -> Outcome {
     let design = simulator.design();
     let mut bench = Bench::new(simulator, 13);
-    let frame = &Frame::new(design, ground(design, 64, 64, 1), low(design).map(|threshold| threshold + 9));
+    let thresholds: Vec<u32> = low(design).into_iter().map(|threshold| threshold + 9).collect();
+    let frame = &Frame::new(design, ground(design, 64, 64, 1), &thresholds);
     for software in [false, true] {
         bench.write(CONTROL, ENABLE | AUTOMATIC);
         bench.begin(frame, frame.beats())?;
-        bench.exactly(frame, 0, frame.thresholds, 0)?;
+        bench.exactly(frame, 0, &frame.thresholds, 0)?;
         bench.begin(frame, frame.beats())?;
         bench.packet()?;
         if software {
@@ -487,7 +490,7 @@ pub fn a_reset_forgets_set_and_thresholds(simulator: &Simulator) -> Outcome {
             bench.write(CONTROL, ENABLE | AUTOMATIC);
         }
         bench.begin(frame, frame.beats())?;
-        bench.exactly(frame, 0, frame.thresholds, 0)?;
+        bench.exactly(frame, 0, &frame.thresholds, 0)?;
         bench.reset(1);
     }
     Ok(())
@@ -496,28 +499,30 @@ pub fn a_reset_forgets_set_and_thresholds(simulator: &Simulator) -> Outcome {
 /// Thresholds that follow the count: up, down, held, from the manual one, and back to it.
 pub fn automatic_thresholds(simulator: &Simulator) -> Outcome {
     let design = simulator.design();
-    let low = low(design);
+    let low = &low(design);
     let mut bench = Bench::new(simulator, 7);
-    let frame = &Frame::new(design, ground(design, 80, 72, 9), [low[0], 7 * low[1]]);
-    let most = frame.records([1, 1]).len() as u32 / 2;
+    let thresholds = [1, 7, 3].iter().zip(low).map(|(times, low)| times * low).collect::<Vec<u32>>();
+    let frame = &Frame::new(design, ground(design, 80, 72, 9), &thresholds);
+    let least = vec![1; design.pairs()];
+    let most = (frame.records(&least).len() / design.pairs()) as u32;
     let mut number = 0;
     // Targets that pull both down, hold, and push up; and what the model's controller would say.
     for target in [most / 2, 0, 2000, most / 4] {
         bench.write(TARGET, target);
         bench.write(CONTROL, ENABLE);
         bench.begin(frame, frame.beats())?;
-        bench.exactly(frame, number, frame.thresholds, 0)?;
+        bench.exactly(frame, number, &frame.thresholds, 0)?;
         number += 1;
         // The first automatic frame takes the manual thresholds.
         bench.write(CONTROL, ENABLE | AUTOMATIC);
-        let mut control = Thresholds(design, frame.thresholds, target);
+        let mut control = Thresholds(design, frame.thresholds.clone(), target);
         for i in 0..8 {
             bench.begin(frame, frame.beats())?;
             if i % 3 == 2 {
                 bench.idle()?;
             }
-            bench.exactly(frame, number, control.1, 0)?;
-            equal("registers", "thresholds in use", control.1[1] << 16 | control.1[0], bench.read(THRESHOLD_NOW))?;
+            bench.exactly(frame, number, &control.1, 0)?;
+            bench.has_thresholds(&control.1)?;
             control.follow(&count_per_scale(&frame.planes.features(&control.1)));
             number += 1;
         }
@@ -526,7 +531,7 @@ pub fn automatic_thresholds(simulator: &Simulator) -> Outcome {
 }
 
 /// The controller of the model from any start: the model's own begins at its design point's thresholds.
-struct Thresholds<'a>(&'a DesignPoint, [u32; 2], u32);
+struct Thresholds<'a>(&'a DesignPoint, Vec<u32>, u32);
 
 impl Thresholds<'_> {
     fn follow(&mut self, counts: &[u32]) {
@@ -534,7 +539,7 @@ impl Thresholds<'_> {
             let mut design = self.0.clone();
             (design.threshold.target, design.threshold.initial) = (self.2, *threshold);
             let mut control = ThresholdController::new(&design);
-            control.finish_frame(&[counts[k]; 2]);
+            control.finish_frame(&vec![counts[k]; self.0.pairs()]);
             *threshold = control.thresholds()[k];
         }
     }
@@ -544,13 +549,14 @@ impl Thresholds<'_> {
 /// ready again all records come out.
 pub fn a_sink_that_sleeps(simulator: &Simulator) -> Outcome {
     let design = simulator.design();
-    let low = low(design);
+    let low = &low(design);
     let mut bench = Bench::new(simulator, 8);
     bench.write(CONTROL, ENABLE | INTERRUPT_ERROR);
     bench.set_sink_pause(1.0);
-    let large = Frame::new(design, ground(design, 224, 170, 4), [1, 1]);
+    let least = vec![1; design.pairs()];
+    let large = Frame::new(design, ground(design, 224, 170, 4), &least);
     let fits = design.record_fifo as usize - RESERVED;
-    assert!(large.records([1, 1]).len() > fits, "{} features fill no FIFO", large.records([1, 1]).len());
+    assert!(large.records(&least).len() > fits, "{} features fill no FIFO", large.records(&least).len());
     bench.begin(&large, large.beats())?;
     // Trailers fill the reserved entries; the 15th does not fit, so the video stalls before it.
     let [plain, ..] = &small(design);
@@ -570,7 +576,7 @@ pub fn a_sink_that_sleeps(simulator: &Simulator) -> Outcome {
     equal("interrupt", "at drops", 1, u8::from(bench.interrupt()))?;
     bench.set_sink_pause(0.3);
     let packet = bench.packet()?;
-    let dropped = packet.check(&large, 0, [1, 1], 0)?;
+    let dropped = packet.check(&large, 0, &least, 0)?;
     if dropped == 0 || packet.records.len() < fits {
         return fail("feature FIFO", format!("{} records written, {dropped} dropped", packet.records.len()));
     }

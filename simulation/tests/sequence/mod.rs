@@ -12,16 +12,15 @@
 mod play;
 pub mod shrink;
 
-use hoverlock_design::DesignPoint;
+use hoverlock_design::{DesignPoint, MAX_ROWS};
 use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_reference::image::plane::Plane;
-use hoverlock_rtl::design::SMOOTHER_STEPS;
 use hoverlock_simulation::Simulator;
 use rand::{RngExt, SeedableRng, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use crate::port_bench::{Beat, Outcome, lattice, noise, white};
+use crate::port_bench::{Beat, Outcome, latency, lattice, noise, white};
 pub use play::Tally;
 
 /// Frames one after the other, from a hardware reset.
@@ -49,7 +48,7 @@ pub struct Step {
     pub closed: u64,
     /// Seed of random coefficients; without it, those of the design point.
     pub coefficients: Option<u64>,
-    pub thresholds: [u32; 2],
+    pub thresholds: Vec<u32>,
     pub target: u32,
     pub automatic: bool,
     /// Most features that the frame sends.
@@ -117,11 +116,18 @@ impl Sequence {
         // Numbers of their own, so that the other sequences stay what they are.
         let mut crowding = ChaCha8Rng::seed_from_u64(!seed);
         let crowd = (seed.is_multiple_of(4)).then(|| Crowd::random(design, &mut crowding));
+        let mut heights = ChaCha8Rng::seed_from_u64(seed ^ 0x7a11);
         for _ in 0..frames {
             let before = sequence.frames.last().map(|step: &Step| (step.width, step.height));
             let step = Step::random(design, &mut random, before);
             sequence.frames.push(match &crowd {
                 Some(crowd) => crowd.join(step, &mut crowding),
+                // One in thirty is higher than those that come often, up to the highest.
+                None if heights.random_ratio(1, 30) => Step {
+                    width: heights.random_range(64..=80),
+                    height: heights.random_range(257..=MAX_ROWS as usize),
+                    ..step
+                },
                 None => step,
             });
         }
@@ -181,9 +187,9 @@ struct Crowd {
 
 impl Crowd {
     fn random(design: &DesignPoint, random: &mut ChaCha8Rng) -> Self {
-        // From a frame's last pixel to its trailer: the steps are those of the default design, near those of others.
-        let longest = design.look_ahead.iter().copied().max().unwrap_or(0);
-        let (lines, steps) = ((1 << longest) - 1 + 18, SMOOTHER_STEPS + 26);
+        let (lines, cycles) = latency(design);
+        // From a frame's last pixel to the trailer in the pipeline: the FIFO and its output come behind.
+        let (lines, steps) = (lines as usize, cycles as usize - 7);
         // As high as the pipeline, or one row more and so wide that the steps of the latency are that row.
         let (width, height) = match random.random_bool(0.5) {
             true => (random.random_range(64..=96), random.random_range(64..=lines.max(64))),
@@ -278,7 +284,7 @@ impl Step {
             pauses: [pause(random), pause(random)],
             closed: if random.random_ratio(1, 10) { random.random_range(1000..60_000) } else { 0 },
             coefficients: random.random_ratio(1, 3).then(|| random.random()),
-            thresholds: [random.random_range(0..most), random.random_range(0..most)],
+            thresholds: (0..design.pairs()).map(|_| random.random_range(0..most)).collect(),
             target: random.random_range(0..600),
             automatic: random.random_ratio(1, 3),
             record_limit: if random.random_ratio(1, 3) { random.random_range(0..300) } else { 2046 },

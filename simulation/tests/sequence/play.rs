@@ -19,7 +19,7 @@ use super::{Before, Fault, Reset, Sequence, Step};
 use crate::port_bench::{
     AUTOMATIC, Access, BEGUN, BUSY, Bench, COEFFICIENTS_OFFSET, COMMIT, CONTROL, DROPPED, DROPS, ENABLE, FEATURES,
     FRAME, FRAMES, Frame, INTERRUPTED, LONG, Outcome, Packet, RECORD_LIMIT, REFUSED, SATURATED, SHORT, SIZE, STATUS,
-    TARGET, THRESHOLD, THRESHOLD_NOW, equal, fail, most, strongest,
+    TARGET, THRESHOLD, THRESHOLD_2, THRESHOLD_NOW, THRESHOLD_NOW_2, equal, fail, most, strongest, threshold_words,
 };
 
 /// Cycles after which a frame that does not begin is called a hang.
@@ -47,7 +47,7 @@ impl Tally {
 #[derive(Debug, Clone, PartialEq)]
 struct Set {
     size: u32,
-    threshold: u32,
+    thresholds: Vec<u32>,
     target: u32,
     automatic: bool,
     record_limit: u32,
@@ -59,7 +59,7 @@ impl Set {
     fn reset(design: &DesignPoint) -> Self {
         Self {
             size: (design.height << 16) | design.width,
-            threshold: design.threshold.initial << 16 | design.threshold.initial,
+            thresholds: vec![design.threshold.initial; design.pairs()],
             target: design.threshold.target,
             automatic: false,
             record_limit: default_limit(design.pairs()),
@@ -78,7 +78,7 @@ impl Set {
         };
         Self {
             size: (step.height << 16 | step.width) as u32,
-            threshold: step.thresholds[1] << 16 | step.thresholds[0],
+            thresholds: step.thresholds.clone(),
             target: step.target,
             automatic: step.automatic,
             record_limit: step.record_limit,
@@ -89,21 +89,14 @@ impl Set {
     fn writes(&self) -> Vec<(u32, u32)> {
         let codes = self.coefficients.iter().enumerate().map(|(i, code)| (COEFFICIENTS_OFFSET + 4 * i as u32, *code));
         let control = ENABLE | if self.automatic { AUTOMATIC } else { 0 };
-        let others = [
-            (SIZE, self.size),
-            (THRESHOLD, self.threshold),
-            (TARGET, self.target),
-            (RECORD_LIMIT, self.record_limit),
-            (CONTROL, control),
-        ];
-        codes.chain(others).collect()
+        let others = [(SIZE, self.size), (TARGET, self.target), (RECORD_LIMIT, self.record_limit), (CONTROL, control)];
+        codes.chain(others).chain(threshold_words([THRESHOLD, THRESHOLD_2], &self.thresholds)).collect()
     }
 
     /// The register at the address, where it is one of the set.
     fn register(&mut self, address: u32) -> Option<&mut u32> {
         match address {
             SIZE => Some(&mut self.size),
-            THRESHOLD => Some(&mut self.threshold),
             TARGET => Some(&mut self.target),
             RECORD_LIMIT => Some(&mut self.record_limit),
             _ => self.coefficients.get_mut(usize::try_from(address.checked_sub(COEFFICIENTS_OFFSET)? / 4).ok()?),
@@ -137,7 +130,7 @@ struct Player {
     frames: VecDeque<Expected>,
     /// The set of the last frame that came out, its thresholds, the features they found, and how many of those the
     /// record limit let through.
-    last: Option<(Set, [u32; 2], [u32; 3], u32)>,
+    last: Option<(Set, Vec<u32>, [u32; 3], u32)>,
     /// Frames that came out since the last reset.
     number: u32,
     closed_until: u64,
@@ -224,6 +217,10 @@ impl Player {
     fn written(&mut self, address: u32, word: u32) {
         if let Some(register) = self.registers.register(address) {
             *register = word;
+            self.committed = false;
+        } else if let Some(first) = [THRESHOLD, THRESHOLD_2].iter().position(|register| *register == address) {
+            let thresholds = self.registers.thresholds.iter_mut().skip(2 * first);
+            thresholds.zip([word & 0xffff, word >> 16]).for_each(|(threshold, half)| *threshold = half);
             self.committed = false;
         } else if address == CONTROL {
             let automatic = word & AUTOMATIC != 0;
@@ -414,18 +411,16 @@ impl Player {
     }
 
     /// Thresholds of the next frame, if it takes this set.
-    fn thresholds(&self, set: &Set) -> [u32; 2] {
+    fn thresholds(&self, set: &Set) -> Vec<u32> {
         match &self.last {
             Some((before, thresholds, counts, _)) if before.automatic && set.automatic => {
                 let mut design = self.bench.design.clone();
                 design.threshold.target = set.target;
                 let mut control = ThresholdController::resumed(&design, thresholds);
                 control.finish_frame(counts);
-                control.thresholds().try_into().expect("two scale pairs")
+                control.thresholds().to_vec()
             }
-            _ => {
-                [set.threshold, set.threshold >> 16].map(|threshold| (threshold & strongest(&self.bench.design)).max(1))
-            }
+            _ => set.thresholds.iter().map(|threshold| (threshold & strongest(&self.bench.design)).max(1)).collect(),
         }
     }
 
@@ -439,9 +434,9 @@ impl Player {
         for set in frame.sets.iter().filter_map(|set| set.as_ref().or(previous.as_ref())) {
             let thresholds = self.thresholds(set);
             let mut model =
-                Frame::with(&self.bench.design, frame.entered.clone(), thresholds, set.coefficients.clone());
+                Frame::with(&self.bench.design, frame.entered.clone(), &thresholds, set.coefficients.clone());
             model.record_limit = set.record_limit;
-            match packet.check(&model, self.number, thresholds, frame.errors) {
+            match packet.check(&model, self.number, &thresholds, frame.errors) {
                 Ok(dropped) => {
                     let features = model.planes.features(&thresholds);
                     if dropped > 0 && !frame.may_drop && features.len() <= 400 {
@@ -491,8 +486,10 @@ impl Player {
         if let Some((_, thresholds, _, sent)) = self.last.clone() {
             let (features, dropped) = (self.cycle(Some(FEATURES))?, self.cycle(Some(DROPPED))?);
             equal("registers", "features and dropped ones", sent, features + dropped)?;
-            let now = self.cycle(Some(THRESHOLD_NOW))?;
-            equal("registers", "thresholds in use", thresholds[1] << 16 | thresholds[0], now)?;
+            for (address, word) in threshold_words([THRESHOLD_NOW, THRESHOLD_NOW_2], &thresholds) {
+                let now = self.cycle(Some(address))?;
+                equal("registers", "thresholds in use", word, now)?;
+            }
         }
         for word in 0..self.registers.coefficients.len() as u32 {
             let address = COEFFICIENTS_OFFSET + 4 * word;
