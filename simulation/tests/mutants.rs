@@ -217,7 +217,8 @@ fn mutants_of_another_design(name: &str) {
     survivors(&design, &format!("mutants-{name}"), 12, &sources, &all);
 }
 
-/// Puts as many faults as are asked for, or `sample`, into the Verilog of a design; fails where one is neither found nor explained.
+/// Puts as many faults as are asked for, or `sample`, into the Verilog of a design; fails where one is neither found
+/// nor explained.
 fn survivors(design: &DesignPoint, name: &str, sample: usize, sources: &[Source], all: &[Mutant]) {
     let count: usize = std::env::var("MUTANTS").ok().and_then(|text| text.parse().ok()).unwrap_or(sample);
     let seed: u64 = std::env::var("MUTANTS_SEED").ok().and_then(|text| text.parse().ok()).unwrap_or(1);

@@ -405,12 +405,12 @@ fn thresholds_stop_at_their_limits(simulator: &Simulator) -> Outcome {
     Ok(())
 }
 
-/// The record limit withholds features of each scale pair, at limits from none to nearly all.
+/// The record limit withholds features of each scale pair, at limits from none to more than the frame has.
 fn more_features_than_the_record_limit(simulator: &Simulator) -> Outcome {
     let design = simulator.design();
     let mut bench = enabled(simulator, 18);
     let pixels = ground(design, 128, 170, 18);
-    for (number, limit) in [0, 63, 300, 1000].into_iter().enumerate() {
+    for (number, limit) in [0, 63, 300, 1000, 0x8000].into_iter().enumerate() {
         let mut frame = Frame::new(design, pixels.clone(), &low(design));
         frame.record_limit = limit;
         let [found, sent] = [frame.planes.features(&frame.thresholds), frame.sent(&frame.thresholds).0];

@@ -109,6 +109,7 @@ const HARMLESS: &[Harmless] = &[
 const ELSEWHERE: &[Harmless] = &[
     ("pulse_delay_16", RESETS, "", "", ROWS, Later("row_look_ahead")),
     ("row_look_back_1/flag_delay_4", RESETS, "", "", ROWS, Later("row_look_back")),
+    ("row_look_back_2/flag_delay_4", RESETS, "", "", ROWS, Later("row_look_back")),
     ("row_look_back_4/flag_delay_4", RESETS, "", "", ROWS, Later("row_look_back")),
     ("tail_counter", RESETS, "11'd0", "x", "x is set as the tail begins, before it counts", By("unset_registers")),
     (
@@ -119,6 +120,9 @@ const ELSEWHERE: &[Harmless] = &[
         "its constants are the bits of a bank above the mode, the thresholds and the coefficients",
         Hole(UNUSED),
     ),
+    ("hoverlock_core", &[Kind::Width], "extractor_count", ">> 1", COUNTS, Hole(UNUSED)),
+    ("hoverlock_core", &[Kind::Width], "extractor_dropped", ">> 1", COUNTS, Hole(UNUSED)),
+    ("scale_pair", &[Kind::Width], "right_y", ">> 1", "a neighbour is a response without its sign", Hole(UNUSED)),
     (
         "hoverlock_core",
         &[Kind::Width],
