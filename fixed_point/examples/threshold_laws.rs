@@ -2,8 +2,8 @@
 //! hoverlock-fixed-point --example threshold_laws -- ../shared/data/textures [COUNTS.csv]`
 //!
 //! *Count* is [`ThresholdController`], the law of the hardware. *Distribution* is the law of
-//! `docs/decisions/032-threshold-from-a-histogram.md`, which the hardware does not have. Both see the same frames of the
-//! bit-true model, with noise of their own in each frame. With the second argument the features of each frame are
+//! `docs/decisions/032-threshold-from-a-histogram.md`, which the hardware does not have. Both see the same frames of
+//! the bit-true model, with noise of their own in each frame. With the second argument the features of each frame are
 //! written to that file.
 
 use std::collections::BTreeMap;
