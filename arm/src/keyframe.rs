@@ -148,7 +148,7 @@ pub fn match_predicted(
     let middle = keyframe.camera.last_pixel() / 2.0;
     let mut is_uncertain = false;
     filter.images(k, [&keyframe.camera, camera], std::iter::once(middle), |_, prediction| {
-        let reach = [0, 1].map(|axis| GATE_SIGMAS * prediction.covariance[(axis, axis)].sqrt());
+        let reach = gate_reach(&prediction.covariance);
         is_uncertain = reach[0].max(reach[1]) > MAX_GATE_PX;
     });
     if is_uncertain || !budget.spend(PREDICTION_WORK * keyframe.features.len()) {
@@ -171,7 +171,7 @@ pub fn match_predicted(
         let Some(prediction) = prediction else { continue };
         let covariance = prediction.covariance + keyframe.sighting_covariance(landmark);
         let Some(inverse) = covariance.try_inverse() else { continue };
-        let reach = [0, 1].map(|axis| GATE_SIGMAS * covariance[(axis, axis)].sqrt());
+        let reach = gate_reach(&covariance);
         let reached = reach[0].max(reach[1]);
         if reached.is_nan() || reached > MAX_GATE_PX {
             return None;
@@ -235,6 +235,11 @@ pub fn match_predicted(
         keep_consensus(shifts, sightings);
     }
     Some(comparisons)
+}
+
+/// Returns half the width and half the height of the gate, px.
+fn gate_reach(covariance: &Matrix2<f64>) -> [f64; 2] {
+    [0, 1].map(|axis| GATE_SIGMAS * covariance[(axis, axis)].sqrt())
 }
 
 /// Keeps the sightings whose shift from the prediction is near the one on which most agree.

@@ -22,6 +22,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::Rng;
 use rayon::prelude::*;
 
+use crate::obstruction::mean;
 use crate::pose::Pose;
 use crate::random::{Purpose, stream};
 
@@ -216,9 +217,7 @@ impl Kt27 {
 
     /// Sets exposure and gain to the values at which the control settles for this radiance.
     pub fn settle_exposure(&mut self, radiance: &Plane<f32>) {
-        let samples = radiance.as_slice();
-        let mean = samples.iter().map(|&value| f64::from(value)).sum::<f64>() / samples.len() as f64;
-        let light = self.optics.target_mean * self.optics.fill_time / mean.max(0.01);
+        let light = self.optics.target_mean * self.optics.fill_time / mean(radiance.as_slice()).max(0.01);
         self.exposure = light.min(self.optics.max_exposure);
         self.gain = (light / self.exposure).clamp(1.0, self.optics.max_gain);
     }

@@ -98,7 +98,8 @@ impl Spot {
     }
 }
 
-fn mean(samples: &[f32]) -> f64 {
+/// Returns the mean of samples.
+pub(crate) fn mean(samples: &[f32]) -> f64 {
     samples.iter().map(|&value| f64::from(value)).sum::<f64>() / samples.len() as f64
 }
 

@@ -34,6 +34,7 @@ impl Pose {
 
     /// Returns the pose of a camera that is turned by `boresight` relative to this one.
     pub fn turned(&self, boresight: &Attitude) -> Self {
+        // The way through a rotation matrix would round.
         if *boresight == Attitude::default() {
             return *self;
         }

@@ -332,20 +332,18 @@ impl Scenario {
 
     /// Returns what is between scene and camera at a time (s).
     pub(super) fn obstruction(&self, time: f64) -> Obstruction {
-        let mut view = Obstruction::default();
-        for event in self.events.iter().filter(|event| event.is_active(time)) {
+        let spot = |event: &Event| match *event {
+            Event::Glare { at, radius, strength, .. } => Some(Spot { at, radius, effect: Effect::Glare(strength) }),
+            Event::Drop { at, radius, .. } => Some(Spot { at, radius, effect: Effect::Drop }),
+            _ => None,
+        };
+        let active = || self.events.iter().filter(|event| event.is_active(time));
+        let mut view = Obstruction { spots: active().filter_map(spot).collect(), ..Obstruction::default() };
+        for event in active() {
             let (transmission, veil) = match *event {
                 Event::Black { .. } => (0.0, 0.0),
                 Event::Cloud { density, .. } => (1.0 - density, density),
                 Event::Light { factor, .. } => (factor, 0.0),
-                Event::Glare { at, radius, strength, .. } => {
-                    view.spots.push(Spot { at, radius, effect: Effect::Glare(strength) });
-                    continue;
-                }
-                Event::Drop { at, radius, .. } => {
-                    view.spots.push(Spot { at, radius, effect: Effect::Drop });
-                    continue;
-                }
                 _ => continue,
             };
             view.transmission *= transmission;
