@@ -131,7 +131,6 @@ pub fn run(args: &Args) -> Result<Verdict> {
         });
     };
     let mut keep = |key: &str, outcome: &PartOutcome| Ok(results::append(&path, key, outcome)?);
-    let unbuildable = |design: &DesignPoint| design.check_buildable().err().map(|error| error.to_string());
     let task = Task {
         base: &design,
         subjects: &subjects,
@@ -156,18 +155,17 @@ pub fn run(args: &Args) -> Result<Verdict> {
     found.unfit.extend(unfit);
     found.unfit.iter().for_each(|unfit| say(&unfit.to_string()));
     let command = command();
-    let json = output::json(&found, &command).context("the search cannot be written as JSON")?;
-    let (page, best) = (output::html(&found, &command)?, output::best(&found, &command));
-    write(&args.out, &page, &json, &output::csv(&found), best.as_deref())?;
-    drop(folder);
-    if found.restored > 0 {
-        say(&format!("{} of {} results are from {}", found.restored, found.restored + found.measured, shown(&path)));
-    }
-    if args.json {
-        print(&json)?;
-    } else {
-        print(&summary(&found, &args.out, started.elapsed()))?;
-    }
+    let files = Files {
+        page: output::html(&found, &command)?,
+        json: output::json(&found, &command).context("the search cannot be written as JSON")?,
+        csv: output::csv(&found),
+        best: output::best(&found, &command),
+    };
+    let restored =
+        format!("{} of {} results are from {}", found.restored, found.restored + found.measured, shown(&path));
+    publish(args, folder, &files, (found.restored > 0).then_some(restored), || {
+        summary(&found, &args.out, started.elapsed())
+    })?;
     Ok(found.pass.into())
 }
 
@@ -182,14 +180,42 @@ fn build() -> String {
     format!("{COMMIT} {}", changed.as_nanos())
 }
 
+/// Returns why a design cannot be built; `None` if it can.
+fn unbuildable(design: &DesignPoint) -> Option<String> {
+    design.check_buildable().err().map(|error| error.to_string())
+}
+
+/// The content of the files of a search.
+struct Files {
+    page: String,
+    json: String,
+    csv: String,
+    /// The best design; `None` if no design passes.
+    best: Option<String>,
+}
+
+/// Writes the files and prints the result. `restored` says how many results are those of an earlier search.
+fn publish(
+    args: &Args,
+    folder: Folder,
+    files: &Files,
+    restored: Option<String>,
+    summary: impl FnOnce() -> String,
+) -> Result<()> {
+    write(&args.out, files)?;
+    drop(folder);
+    restored.iter().for_each(|text| say(text));
+    if args.json { print(&files.json) } else { print(&summary()) }
+}
+
 /// Writes all files, or none. The best design of an earlier search is removed if this one has none.
-fn write(out: &Path, page: &str, json: &str, csv: &str, best: Option<&str>) -> Result<()> {
+fn write(out: &Path, files: &Files) -> Result<()> {
     let mut batch = Batch::default();
-    batch.add(&out.join(PAGE), page.as_bytes())?;
-    batch.add(&out.join(output::NUMBERS), json.as_bytes())?;
-    batch.add(&out.join(output::TABLE), csv.as_bytes())?;
+    batch.add(&out.join(PAGE), files.page.as_bytes())?;
+    batch.add(&out.join(output::NUMBERS), files.json.as_bytes())?;
+    batch.add(&out.join(output::TABLE), files.csv.as_bytes())?;
     let path = out.join(output::BEST);
-    match best {
+    match &files.best {
         Some(text) => batch.add(&path, text.as_bytes())?,
         None => match fs::remove_file(&path) {
             Err(error) if error.kind() != ErrorKind::NotFound => {

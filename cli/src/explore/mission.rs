@@ -25,10 +25,10 @@ use hoverlock_reports::study::Subject;
 use hoverlock_synthesis::smallest_device;
 use nalgebra::Vector3;
 
-use super::{RESULTS, build, write};
+use super::{Files, RESULTS, build, publish, unbuildable};
 use crate::Verdict;
 use crate::choice::between;
-use crate::output::{Folder, command, print, quoted, say, shown, verdict};
+use crate::output::{Folder, command, quoted, shown, verdict};
 use crate::progress::{LogLines, bar};
 
 /// The arguments of a search by flights.
@@ -118,7 +118,6 @@ pub fn run(args: &super::Args) -> Result<Verdict> {
         }
         Ok(())
     };
-    let unbuildable = |design: &DesignPoint| design.check_buildable().err().map(|error| error.to_string());
     let task = MissionTask {
         base: &design,
         budget: Budget { rms_m: budget_cm / 100.0, max_loss_s: MAX_LOSS_S, max_tilt_deg: MAX_TILT_DEG },
@@ -137,18 +136,17 @@ pub fn run(args: &super::Args) -> Result<Verdict> {
     bar.finish_and_clear();
     let found = found?;
     let command = command();
-    let json = output::json(&found, &command).context("the search cannot be written as JSON")?;
-    let (page, best) = (output::html(&found, &command)?, output::best(&found, &command));
-    write(&args.out, &page, &json, &output::csv(&found), best.as_deref())?;
-    drop(folder);
-    if found.restored > 0 {
-        say(&format!("{} of {} flights are from {}", found.restored, found.restored + found.flown, shown(&flights)));
-    }
-    if args.json {
-        print(&json)?;
-    } else {
-        print(&summary(&found, &args.out, started.elapsed()))?;
-    }
+    let files = Files {
+        page: output::html(&found, &command)?,
+        json: output::json(&found, &command).context("the search cannot be written as JSON")?,
+        csv: output::csv(&found),
+        best: output::best(&found, &command),
+    };
+    let restored =
+        format!("{} of {} flights are from {}", found.restored, found.restored + found.flown, shown(&flights));
+    publish(args, folder, &files, (found.restored > 0).then_some(restored), || {
+        summary(&found, &args.out, started.elapsed())
+    })?;
     Ok(found.pass.into())
 }
 
@@ -166,8 +164,8 @@ fn scenes(names: &[String], seed: u64) -> Result<(Vec<Scene>, Vec<Subject>)> {
     let loaded: Vec<_> = names.iter().map(|name| load_scene(name)).collect::<Result<_, _>>()?;
     for (name, scene) in names.into_iter().zip(loaded) {
         let renderer = Renderer::new(&scene, seed).with_context(|| format!("scene {name}"))?;
-        let attitude = Attitude { roll: 0.0, pitch: 0.0, yaw: 0.0 };
-        let pose = Pose { position: Vector3::new(0.0, 0.0, -HoverSettings::default().height_m), attitude };
+        let position = Vector3::new(0.0, 0.0, -HoverSettings::default().height_m);
+        let pose = Pose { position, attitude: Attitude::default() };
         let frame = still(&renderer, &pose, FIELD_OF_VIEW_RANGE_DEG[1], seed)?;
         subjects.push(Subject { name: name.clone(), frame: frame.clone(), picture: frame });
         scenes.push(Scene { hash: sha256(&format!("{scene:?}")), name });

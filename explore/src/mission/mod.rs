@@ -181,7 +181,7 @@ pub struct MissionTask<'a, E> {
 /// The results of earlier searches, by the hash of everything they depend on.
 #[derive(Debug, Default, Clone)]
 pub struct Known {
-    /// Flights.
+    /// Results of flights.
     pub flights: HashMap<String, FlightResult>,
     /// Checks of the report.
     pub parts: KnownResults,
@@ -280,7 +280,7 @@ pub struct Verdicts {
     pub mission_only: usize,
     /// Pass the checks of the report only.
     pub features_only: usize,
-    /// Neither.
+    /// Keep neither bound.
     pub neither: usize,
 }
 
