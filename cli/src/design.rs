@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use hoverlock_design::{DesignPoint, KT27, SHIPPED};
-use hoverlock_fixed_point::model::design::short_look_aheads;
+use hoverlock_fixed_point::model::design::{other_smoother, short_look_aheads};
 use hoverlock_rtl::emission::verilog::verilog;
 use hoverlock_rtl::emission::{File, files_of};
 
@@ -28,7 +28,7 @@ pub struct Chosen {
 /// # Errors
 /// If the design cannot be built, or its emitter cannot.
 pub fn emitted(design: &DesignPoint) -> Result<Vec<File>> {
-    if *design == *KT27 {
+    if design.of_hardware() == *KT27 {
         return Ok(files_of(design)?);
     }
     Ok(spinning("compiling the emitter for the design (once; later runs find what it emits)", || files_of(design))?)
@@ -48,7 +48,7 @@ pub fn verilog_of(design: &DesignPoint, folder: Option<&Path>) -> Result<Vec<Pat
 
 impl Chosen {
     /// Returns the design with its changes; `kt27` if none is named. Says on stderr if a sigma is too large for its
-    /// look-ahead.
+    /// look-ahead, and what another smoother does not change.
     pub fn design(&self) -> Result<DesignPoint> {
         let design = self
             .design
@@ -56,7 +56,7 @@ impl Chosen {
             .map_or_else(|| Ok(KT27.clone()), |name| DesignPoint::load(name).context("--design"))?;
         let design =
             self.config.iter().try_fold(design, |design, text| design.with_change(text).context("--config"))?;
-        short_look_aheads(&design).iter().for_each(|remark| say(remark));
+        short_look_aheads(&design).iter().chain(&other_smoother(&design)).for_each(|remark| say(remark));
         Ok(design)
     }
 

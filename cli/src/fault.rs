@@ -266,7 +266,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
 
 /// Prepares Hoverlock's top with strips of a picture.
 fn own(args: &Own, image: &Path) -> Result<Upsets> {
-    let design = args.chosen.design()?;
+    let design = args.chosen.design()?.of_hardware();
     design.check_buildable()?;
     let frames = strips(&design, args, image)?;
     let thresholds = FastestModel::new(&design)?.settled(&frames[0]);

@@ -5,15 +5,16 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use hoverlock_arm::message::Telemetry;
-use hoverlock_cosim::chain::float_features;
+use hoverlock_cosim::chain::{clear_float_features, float_features};
 use hoverlock_cosim::sequence::telemetry;
 use hoverlock_design::DesignPoint;
+use hoverlock_fixed_point::analysis::levels::{Level, Levels};
 use hoverlock_fixed_point::model::bit_true::BitTrue;
-use hoverlock_fixed_point::model::design::{camera_samples, rings};
+use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_fixed_point::model::fastest::FastestModel;
 use hoverlock_fixed_point::model::record::FeatureRecord;
 use hoverlock_pictures::{Crop, Picture};
-use hoverlock_reference::features::extractor::{Selection, extract};
+use hoverlock_reference::features::extractor::Selection;
 use hoverlock_reference::features::feature::{Feature, MAX_PAIRS};
 use hoverlock_reference::features::maxima::strongest_per_cell;
 use hoverlock_reference::image::plane::Plane;
@@ -25,8 +26,6 @@ use hoverlock_reference::motion::orthophoto::{Camera, View};
 use hoverlock_reference::motion::pose::{self, Pose, PoseError};
 use hoverlock_reference::motion::ransac::{Functional, Ransac, RansacError};
 use hoverlock_reference::motion::refine::refined;
-use hoverlock_reference::smoothing::recursive::border::Border;
-use hoverlock_reference::smoothing::smoother::Smoother;
 use hoverlock_reports::overlay::Overlay;
 use hoverlock_simulation::{Job, Mismatch, Simulator, Streams, Trace, run as simulate};
 use nalgebra::Vector2;
@@ -75,8 +74,8 @@ pub struct Args {
     /// last two, pictures larger than the frame of the design are cropped)
     #[arg(long, value_enum, default_value = "float")]
     features: Source,
-    /// Compute the features by the clear code of a model level in place of its fast path: recursive in f64 for float,
-    /// bit_true in integers for fixed
+    /// Compute the features by the clear code of a model level: recursive and quantised in f64 with the design's
+    /// smoother, the second with rounded coefficients; bit_true in integers
     #[arg(long, value_enum, conflicts_with = "features")]
     level: Option<ClearLevel>,
     /// Words of the descriptors that are compared
@@ -162,8 +161,10 @@ enum FunctionalKind {
 /// A model level whose clear code extracts features.
 #[derive(Clone, Copy, ValueEnum)]
 enum ClearLevel {
-    /// First-order recursion in f64
+    /// The recursive smoother in f64
     Recursive,
+    /// The same with rounded coefficients
+    Quantised,
     /// The integer model, one cell at a time
     #[value(name = "bit_true")]
     BitTrue,
@@ -199,14 +200,14 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let telemetry = args.telemetry.as_deref().map(|path| telemetry::read(path, 2)).transpose()?;
     let source = match args.level {
         None => args.features,
-        Some(ClearLevel::Recursive) => Source::Float,
+        Some(ClearLevel::Recursive | ClearLevel::Quantised) => Source::Float,
         Some(ClearLevel::BitTrue) => Source::Fixed,
     };
     let design = args.chosen.design()?;
     let frame = (source != Source::Float).then_some((design.width as usize, design.height as usize));
     let open = |path: &Path| open(path, &args.limit, source.min_side(), frame);
     let (reference, current) = (open(&args.reference)?, open(&args.current)?);
-    let [from, to] = source.extract(&design, [&reference, &current], args.level.is_some())?;
+    let [from, to] = source.extract(&design, [&reference, &current], args.level)?;
     let wanted = args.model.model();
     let ransac = Ransac { model: wanted, functional: args.functional.functional(), ..Ransac::default() };
     let estimator = Estimator { matching: args.matching()?, ransac };
@@ -283,21 +284,28 @@ fn located(readings: &[Telemetry], pictures: [&Plane<u16>; 2], estimate: &Estima
 const ALL: [u32; MAX_PAIRS] = [1; MAX_PAIRS];
 
 impl Source {
-    /// Features of both pictures, whole or their centres, in coordinates of the whole; by the clear code of the level,
-    /// or by its fast path, which gives the same: bit for bit in integers, to 0.015 DN of a response in floating point.
-    fn extract(self, design: &DesignPoint, pictures: [&Picture; 2], clear: bool) -> Result<[Vec<Feature>; 2]> {
+    /// Features of both pictures, whole or their centres, in coordinates of the whole; by the clear code of a level,
+    /// or by the fast path of this source. The fast paths give the features of `recursive` to 0.015 DN of a response,
+    /// and of `bit_true` bit for bit.
+    fn extract(
+        self,
+        design: &DesignPoint,
+        pictures: [&Picture; 2],
+        clear: Option<ClearLevel>,
+    ) -> Result<[Vec<Feature>; 2]> {
         if self == Self::Float {
             let selection = Selection { count: MAX_FEATURES, ..Selection::default() };
-            if clear {
-                // The sigmas are those of the design, for which a filter exists.
-                let smooth = |plane: &Plane<f64>, sigma: f64| -> Plane<f64> {
-                    Smoother::first_order(sigma).expect("a sigma of the design").smooth(plane, Border::Held)
-                };
-                return Ok(
-                    pictures.map(|picture| extract(&picture.luma, &design.sigmas, &rings(design), smooth, &selection))
-                );
+            if let Some(ClearLevel::Quantised) = clear {
+                let (levels, thresholds) = (Levels::new(design)?, vec![selection.threshold; design.pairs()]);
+                return Ok(pictures.map(|picture| {
+                    let planes = levels.planes(Level::Quantised, &picture.luma);
+                    strongest_per_cell(&levels.features(&planes, &thresholds), selection.count)
+                }));
             }
-            let mut features = float_features(design, selection)?;
+            let mut features = match clear {
+                Some(_) => clear_float_features(design, selection)?,
+                None => float_features(design, selection)?,
+            };
             return Ok(pictures.map(|picture| features(&picture.luma)));
         }
         let frames = pictures.map(|picture| {
@@ -306,7 +314,7 @@ impl Source {
         });
         let records: Vec<Vec<FeatureRecord>> = match self {
             Self::Rtl => simulated(design, &frames)?,
-            _ if clear => {
+            _ if clear.is_some() => {
                 let model = BitTrue::new(design)?;
                 frames.iter().map(|frame| model.planes(&frame.luma).features(&ALL)).collect()
             }

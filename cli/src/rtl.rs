@@ -60,7 +60,7 @@ impl Common {
     /// Returns the design and its folder. The default design has the folder of the project, which no other design may
     /// overwrite.
     fn design(&self) -> Result<(DesignPoint, PathBuf)> {
-        let design = self.chosen.design()?;
+        let design = self.chosen.design()?.of_hardware();
         let own = || if design == *KT27 { "rtl".into() } else { Path::new("out/rtl").join(self.chosen.name()) };
         let out = self.out.clone().unwrap_or_else(own);
         Ok((design, out))
@@ -173,7 +173,7 @@ fn strays(folder: &Path, files: &[File]) -> Result<Vec<String>> {
 }
 
 fn sized(args: &Sized) -> Result<Verdict> {
-    let design = args.chosen.design()?;
+    let design = args.chosen.design()?.of_hardware();
     design.check_buildable()?;
     verilog_of(&design, args.rtl.as_deref())?;
     let bar = ProgressBar::new_spinner();

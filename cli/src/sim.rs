@@ -144,7 +144,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     if !(0.0..=0.95).contains(&args.stall) {
         bail!("--stall {} is not a chance from 0 to 0.95; see --help", args.stall);
     }
-    let design = args.chosen.design()?;
+    let design = args.chosen.design()?.of_hardware();
     design.check_buildable()?;
     let images = expand(&args.images)?;
     let wave = args.wave.as_deref().map(|path| WaveFile::new(path, &images)).transpose()?;

@@ -50,6 +50,41 @@ fn known_motion() -> Matrix3<f64> {
     Matrix3::new(1.03 * c, -1.03 * s, 25.0, 1.03 * s, 1.03 * c, -40.0, 2e-5, -1e-5, 1.0)
 }
 
+/// Each smoother finds the motion at each level in floating point, from features of its own.
+#[test]
+fn every_smoother_finds_the_motion() {
+    let folder = tempfile::tempdir().unwrap();
+    let truth = known_motion();
+    let reference = save(folder.path(), "ref.png", &view(640, 420, &Matrix3::identity()));
+    let current = save(folder.path(), "cur.png", &view(640, 420, &truth.try_inverse().unwrap()));
+    let mut matches = Vec::new();
+    for (smoother, levels) in [
+        ("first-order", &["recursive", "quantised"][..]),
+        ("deriche", &["recursive", "quantised"]),
+        ("yvv95", &["quantised"]),
+        ("vyv", &["quantised"]),
+    ] {
+        for level in levels {
+            let key = format!("smoother={smoother}");
+            let output = hoverlock(&[&reference, &current, "--config", &key, "--level", level, "--json"]);
+            let said = String::from_utf8_lossy(&output.stderr);
+            assert_eq!(
+                (output.status.code(), said.contains("stay first-order")),
+                (Some(0), smoother != "first-order"),
+                "{said}"
+            );
+            let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+            let ((x, y), (tx, ty)) = (place(&matrix(&report), 320.0, 210.0), place(&truth, 320.0, 210.0));
+            assert!((x - tx).hypot(y - ty) < 0.5, "{smoother} {level}: {x} {y} and not {tx} {ty}");
+            matches.push(report["homography"].to_string());
+        }
+    }
+    let all = matches.len();
+    matches.sort();
+    matches.dedup();
+    assert_eq!(matches.len(), all, "two smoothers have the same features");
+}
+
 /// The forms of distance, descriptor and functional that are described beside the default ones.
 #[test]
 fn every_distance_descriptor_and_functional_finds_the_motion() {

@@ -124,6 +124,7 @@ mod tests {
             "coefficient=\"u0.12\"",
             "ring_radii=[9, 10]",
             "record_fifo=64",
+            "smoother=deriche",
         ] {
             design = design.with_override(text).unwrap();
         }
@@ -177,6 +178,8 @@ mod tests {
             ("ring_radii = [12, 17]", "ring_radii", "[12, 17]", "from 4 to 16"),
             ("candidate_queue = 500", "candidate_queue", "500", "a power of two from 64 to 4096"),
             ("record_fifo = 32", "record_fifo", "32", "from 64 to 4096"),
+            ("smoother = 'gauss'", "smoother", "\"gauss\"", "one of first-order, deriche, yvv95, vyv"),
+            ("smoother = 1", "smoother", "1", "one of first-order"),
             ("threshold_initial = 0", "threshold_initial", "0", "from 1 to 65535"),
             ("width = -1", "width", "-1", "from 1 to 4096"),
         ] {

@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use toml::Value;
 
 use crate::hardware::CONSTRAINTS;
-use crate::{DesignError, DesignPoint, Format, KEYS};
+use crate::{DesignError, DesignPoint, Format, KEYS, SmootherKind};
 
 /// A key of a design file.
 pub struct Key {
@@ -31,6 +31,8 @@ pub(crate) enum Kind {
     Wholes(RangeInclusive<u32>, Length, Field<Vec<u32>>),
     /// A list of numbers in a range.
     Reals(RangeInclusive<f64>, Length, Field<Vec<f64>>),
+    /// The name of a smoother.
+    Smoother(Field<SmootherKind>),
 }
 
 /// Integer bits that a format may have.
@@ -72,6 +74,7 @@ pub enum KeyValue {
     Format(Format),
     Wholes(Vec<u32>),
     Reals(Vec<f64>),
+    Smoother(SmootherKind),
 }
 
 impl fmt::Display for KeyValue {
@@ -81,6 +84,7 @@ impl fmt::Display for KeyValue {
             Self::Format(format) => write!(f, "{format}"),
             Self::Wholes(numbers) => write!(f, "{numbers:?}"),
             Self::Reals(numbers) => write!(f, "{numbers:?}"),
+            Self::Smoother(kind) => write!(f, "{kind}"),
         }
     }
 }
@@ -89,7 +93,7 @@ impl KeyValue {
     /// Returns the value as TOML.
     pub(crate) fn to_toml(&self) -> String {
         match self {
-            Self::Format(format) => format!("\"{format}\""),
+            Self::Format(_) | Self::Smoother(_) => format!("\"{self}\""),
             other => other.to_string(),
         }
     }
@@ -124,6 +128,7 @@ impl Key {
             Kind::Format { field, .. } => KeyValue::Format(*(field.get)(design)),
             Kind::Wholes(_, _, field) => KeyValue::Wholes((field.get)(design).clone()),
             Kind::Reals(_, _, field) => KeyValue::Reals((field.get)(design).clone()),
+            Kind::Smoother(field) => KeyValue::Smoother(*(field.get)(design)),
         }
     }
 
@@ -142,6 +147,7 @@ impl Key {
             }
             Kind::Wholes(range, length, _) => format!("a list of whole numbers {}, {}", span(range), length.unit()),
             Kind::Reals(range, length, _) => format!("a list of numbers {}, {}", span(range), length.unit()),
+            Kind::Smoother(_) => format!("one of {}", SmootherKind::ALL.map(SmootherKind::name).join(", ")),
         }
     }
 
@@ -170,6 +176,7 @@ impl Key {
             }
             Kind::Wholes(range, _, field) => assign(design, field, list(value, |value| whole(value, range))),
             Kind::Reals(range, _, field) => assign(design, field, list(value, |value| real(value, range))),
+            Kind::Smoother(field) => assign(design, field, value.as_str().and_then(SmootherKind::named)),
         };
         is_set.ok_or(rejected)
     }

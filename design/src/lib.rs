@@ -24,6 +24,7 @@ mod key;
 mod load;
 mod point;
 mod shipped;
+mod smoother;
 
 pub use error::DesignError;
 pub use format::{Format, FormatError};
@@ -34,3 +35,4 @@ pub use point::{
     AutomaticThreshold, DesignPoint, KEYS, MAX_FRACTION_BITS, MAX_RING_RADIUS, MAX_SCALE_PAIRS, smoother_names,
 };
 pub use shipped::{KT27, SHIPPED};
+pub use smoother::SmootherKind;

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use crate::Format;
 use crate::key::{Field, IntegerBits, Key, Kind, Length, field};
+use crate::{Format, SmootherKind};
 
 /// Integer bits of a DoG magnitude in DN: its range is `FS/4 = 2^14` DN.
 const DOG_RANGE_BITS: i8 = 14;
@@ -48,6 +48,8 @@ pub struct DesignPoint {
     pub scale_pairs: u32,
     /// `sigma` of each smoother, px, rising.
     pub sigmas: Vec<f64>,
+    /// Family of the smoothers at the levels `recursive` and `quantised`. The other levels are first-order.
+    pub smoother: SmootherKind,
     /// Look-ahead `m` of each smoother, stages: `m` stages span `2^m - 1` samples.
     pub look_ahead: Vec<u32>,
     /// `N`: bits of a DoG magnitude, without its sign, over the range `FS/4`.
@@ -63,7 +65,7 @@ pub struct DesignPoint {
 }
 
 /// The keys of a design file, in the order of a file.
-pub static KEYS: [Key; 14] = [
+pub static KEYS: [Key; 15] = [
     Key {
         name: "width",
         unit: "px",
@@ -109,6 +111,12 @@ pub static KEYS: [Key; 14] = [
         unit: "px",
         meaning: "sigma of each smoother, rising.",
         kind: Kind::Reals(0.3..=64.0, Length::PerSmoother, field!(sigmas)),
+    },
+    Key {
+        name: "smoother",
+        unit: "family",
+        meaning: "Smoother of the levels recursive and quantised. The bit-true model and the hardware are first-order.",
+        kind: Kind::Smoother(field!(smoother)),
     },
     Key {
         name: "look_ahead",
@@ -165,6 +173,7 @@ impl DesignPoint {
             coefficient: Format::unsigned(0, 16),
             scale_pairs: 0,
             sigmas: Vec::new(),
+            smoother: SmootherKind::FirstOrder,
             look_ahead: Vec::new(),
             dog_bits: 0,
             ring_radii: Vec::new(),
@@ -172,6 +181,11 @@ impl DesignPoint {
             candidate_queue: 0,
             record_fifo: 0,
         }
+    }
+
+    /// Returns the design with the smoother of the hardware: what is emitted, simulated and sized for this design.
+    pub fn of_hardware(&self) -> Self {
+        Self { smoother: SmootherKind::FirstOrder, ..self.clone() }
     }
 
     /// Returns the number of scale pairs, which is that of the DoG planes.

@@ -216,7 +216,7 @@ impl Study {
         self.levels.retain(|level| level.name != Level::Rtl);
         self.levels.push(LevelStudy {
             name: Level::Rtl,
-            changes: study::changes(Level::Rtl),
+            changes: study::changes(Level::Rtl, &self.design),
             measurements: Vec::new(),
             hardware: Some(hardware),
         });

@@ -19,5 +19,6 @@ pub mod plot;
 pub mod provenance;
 pub mod ranges;
 pub mod repeatability;
+pub mod smoothers;
 pub mod study;
 pub mod sweep;

@@ -7,7 +7,7 @@
 use std::fmt;
 
 use crate::repeatability::{self, Curve};
-use hoverlock_design::{DesignPoint, KT27};
+use hoverlock_design::{DesignPoint, KT27, SmootherKind};
 use hoverlock_fixed_point::analysis::acceptance::{
     Comparison, Reference, SigmaEff, check_coefficients, response, sigma_eff,
 };
@@ -17,8 +17,10 @@ use hoverlock_fixed_point::analysis::errors::{ErrorStatistics, Flips};
 use hoverlock_fixed_point::analysis::levels::{Level, LevelPlanes, Levels};
 use hoverlock_fixed_point::analysis::range::Ranges;
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
+use hoverlock_fixed_point::model::design::{other_smoother, recursive};
 use hoverlock_pictures::conditions::{CONDITIONS, Condition, NOMINAL};
 use hoverlock_reference::image::plane::Plane;
+use hoverlock_reference::smoothing::smoother::Smoother;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -26,6 +28,7 @@ use crate::figures::{Figures, overlay};
 use crate::hardware::{Hardware, StepResult};
 use crate::provenance::Provenance;
 use crate::ranges::RangeRow;
+use crate::smoothers::{self, SmootherRow};
 use crate::sweep::{self, Alternative, Cost, Sweep};
 
 /// Smallest width and height of a picture, px. The interior leaves out 8 and 70 pixels, and one pixel must remain.
@@ -164,7 +167,7 @@ pub struct LevelStudy {
     /// The level that was measured.
     pub name: Level,
     /// The one thing that differs from the level above.
-    pub changes: &'static str,
+    pub changes: String,
     /// Every stage on every picture under every condition.
     pub measurements: Vec<Measurement>,
     /// Simulation and resource estimate; `rtl` only.
@@ -267,6 +270,9 @@ pub struct Study {
     pub alternatives: Vec<Alternative>,
     /// Stability of the points of `ideal` and `recursive` and of three descriptors under warps of the first picture.
     pub repeatability: Vec<Curve>,
+    /// The smoothers in floating point side by side; empty for a first-order design.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub smoothers: Vec<SmootherRow>,
     /// The design point.
     pub design: DesignPoint,
 }
@@ -299,14 +305,19 @@ pub fn run(
     let measured: Vec<Measured> =
         subjects.par_iter().map(|subject| measure_picture(&levels, subject, bounds, step)).collect();
     let motions: Vec<Motions> = measured.iter().map(|measured| measured.motions.clone()).collect();
-    let bench = sweep::Bench { design, subjects, motions: &motions, command: commands.changed, step };
+    // The checks are those of the hardware, whatever smoother the design names.
+    let hardware = design.of_hardware();
+    let bench = sweep::Bench { design: &hardware, subjects, motions: &motions, command: commands.changed, step };
     let (sweeps, alternatives) = bench.run()?;
     let chains = subjects.first().map(|subject| chains(&levels, subject, bounds)).unwrap_or_default();
+    let other = |sigma: f64| recursive(design, sigma).map(Smoother::Recursive);
+    let other: Option<repeatability::SmootherOf<'_>> = (design.smoother != SmootherKind::FirstOrder).then_some(&other);
     let repeatability = match subjects.first() {
         // A property of the algorithm, so at one frame size whatever the design.
-        Some(subject) => repeatability::curves(&subject.picture, (KT27.width as usize, KT27.height as usize))?,
+        Some(subject) => repeatability::curves(&subject.picture, (KT27.width as usize, KT27.height as usize), other)?,
         None => Vec::new(),
     };
+    let smoothers = smoothers::rows(design, subjects, &motions, &repeatability)?;
     step("repeatability");
 
     let mut ranges = Ranges::new(design);
@@ -320,7 +331,7 @@ pub fn run(
         .iter()
         .map(|&level| LevelStudy {
             name: level,
-            changes: changes(level),
+            changes: changes(level, design),
             measurements: measurements.iter().filter(|(of, _)| *of == level).map(|(_, m)| m.clone()).collect(),
             hardware: None,
         })
@@ -351,6 +362,7 @@ pub fn run(
         alternatives,
         sweeps,
         repeatability,
+        smoothers,
         design: design.clone(),
     }
     .with_hardware(Hardware::not_run("no simulation was requested")))
@@ -362,15 +374,23 @@ pub fn frames(subject: &Subject) -> [Plane<u16>; CONDITIONS.len()] {
 }
 
 /// Returns the difference of a level from the level above it, for tables.
-pub(crate) fn changes(level: Level) -> &'static str {
-    match level {
+pub(crate) fn changes(level: Level, design: &DesignPoint) -> String {
+    let smoother = design.smoother;
+    let change = match level {
+        Level::Recursive if smoother != SmootherKind::FirstOrder => {
+            return format!("{smoother} in place of the Gaussian, f64; the levels below but quantised are first-order");
+        }
+        Level::Quantised if smoother != SmootherKind::FirstOrder => {
+            return format!("rounded coefficients of {smoother}, f64 arithmetic");
+        }
         Level::Ideal => "sampled Gaussian, f64",
         Level::Recursive => "two-sided first-order recursion in place of the Gaussian, f64",
         Level::Streaming => "look-ahead and look-back over a finite number of samples, f64",
         Level::Quantised => "rounded coefficients, f64 arithmetic",
         Level::BitTrue => "integer arithmetic: state and DoG rounded to their formats",
         Level::Rtl => "the emitted Verilog, simulated",
-    }
+    };
+    change.to_owned()
 }
 
 /// The measurements of one picture before they are merged.
@@ -394,7 +414,7 @@ fn measure_picture(levels: &Levels, subject: &Subject, bounds: &Bounds, step: &(
         let pairs = [
             (Level::Recursive, Level::Ideal, Kind::Approximation),
             (Level::Streaming, Level::Ideal, Kind::Approximation),
-            (Level::Quantised, Level::Streaming, Kind::Quantisation),
+            (Level::Quantised, levels.unrounded(), Kind::Quantisation),
             (Level::BitTrue, Level::Streaming, Kind::Quantisation),
         ];
         for stage in Stage::all(levels.design()) {
@@ -509,7 +529,8 @@ impl Study {
 
     /// Returns what no check of this study covers, each with the reason.
     pub fn unchecked(&self) -> Vec<String> {
-        let mut unchecked: Vec<String> = self.unfit.iter().map(Unfit::to_string).collect();
+        let mut unchecked: Vec<String> = other_smoother(&self.design).into_iter().collect();
+        unchecked.extend(self.unfit.iter().map(Unfit::to_string));
         if let Some(Hardware { simulation: StepResult::NotRun { reason }, .. }) = self.hardware() {
             unchecked.push(format!("rtl against bit_true: {reason}"));
         }

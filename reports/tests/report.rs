@@ -41,6 +41,29 @@ fn the_design_point_passes_every_check() {
 }
 
 #[test]
+fn another_smoother_stands_beside_first_order_and_changes_no_check() {
+    let other = measured(440, 400, "smoother=vyv");
+    assert_eq!((&other.bounds, &other.alternatives), (&FULL.bounds, &FULL.alternatives));
+    let [gaussian, first_order, vyv] = &other.smoothers[..] else { panic!("{:?}", other.smoothers) };
+    let names = [gaussian, first_order, vyv].map(|row| (row.name.as_str(), row.order));
+    assert_eq!(names, [("Gaussian", None), ("first-order", Some(1)), ("vyv", Some(3))]);
+    let (near, far) = (vyv.approximation.unwrap(), first_order.approximation.unwrap());
+    assert!(gaussian.approximation.is_none() && 3.0 * near.dog_rms_lsb < far.dog_rms_lsb, "{near:?} {far:?}");
+    assert!(near.same_pixel_percent > far.same_pixel_percent && near.maxlbp_flips_percent < far.maxlbp_flips_percent);
+    for row in [gaussian, first_order, vyv] {
+        assert!(row.motions_found == 5 && row.motion_max_px.unwrap() < 0.5, "{row:?}");
+        assert!(row.motion_median_px <= row.motion_max_px && row.repeated_percent > Some(50.0), "{row:?}");
+    }
+    assert!(vyv.rounding_rms_lsb > Some(0.0) && first_order.rounding_rms_lsb > Some(0.0));
+    let page = page::html(&other).unwrap();
+    for text in ["Smoothers side by side", "bit_true and the hardware stay first-order", "vyv in place of the Gaussian"]
+    {
+        assert!(page.contains(text), "{text}");
+    }
+    assert!(FULL.smoothers.is_empty() && !page::html(&FULL).unwrap().contains("Smoothers side by side"));
+}
+
+#[test]
 fn a_format_with_too_few_bits_fails_and_the_failed_bound_is_named() {
     let narrow = measured(440, 400, "dog_bits=12");
     assert!(!narrow.pass);

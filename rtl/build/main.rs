@@ -67,8 +67,8 @@ fn constants(design: &DesignPoint) -> String {
                 let (meaning, unit, length) = (key.meaning, key.unit, values.len());
                 text += &format!("/// {meaning} Unit: {unit}.\npub const {name}: [usize; {length}] = {values:?};\n");
             }
-            // The hardware has no numbers with a point.
-            KeyValue::Reals(_) => {}
+            // The hardware has no numbers with a point, and one smoother.
+            KeyValue::Reals(_) | KeyValue::Smoother(_) => {}
         }
     }
     let pairs: Vec<String> = names.iter().map(|name| format!("(\"{name}\", {name})")).collect();

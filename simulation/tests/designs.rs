@@ -5,7 +5,7 @@
 
 mod port_bench;
 
-use hoverlock_design::{AutomaticThreshold, DesignPoint, Format};
+use hoverlock_design::{AutomaticThreshold, DesignPoint, Format, SmootherKind};
 use hoverlock_fixed_point::model::bit_true::BitTrue;
 use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_pictures::{Picture, data_dir};
@@ -102,6 +102,7 @@ fn drawn(random: &mut ChaCha8Rng) -> DesignPoint {
             coefficient: Format::unsigned(0, random.random_range(7..=16)),
             scale_pairs: pairs as u32,
             sigmas: [1.0, 1.6, 2.4, 3.5][..=pairs].iter().map(|ratio| narrow * ratio).collect(),
+            smoother: SmootherKind::FirstOrder,
             look_ahead,
             dog_bits: random.random_range(6..=15),
             threshold: AutomaticThreshold {

@@ -24,7 +24,7 @@ pub use error::ChainError;
 use extractor::Extractor;
 pub use flight_program::arm_binary;
 use flight_program::{Arm, Host};
-pub use float::{FloatFeatures, float_features};
+pub use float::{FloatFeatures, clear_float_features, float_features};
 pub use line::FlightLine;
 
 use crate::Monitor;
@@ -67,7 +67,7 @@ pub struct FrameOutput {
 /// # Errors
 /// The ARM binary, which has the registers of `kt27` built in, is combined with other hardware, or does not exist.
 pub fn check_choice(features: FeatureSource, design: &DesignPoint, program: FlightProgram) -> Result<(), ChainError> {
-    if features == FeatureSource::Rtl && program == FlightProgram::Arm && *design != *KT27 {
+    if features == FeatureSource::Rtl && program == FlightProgram::Arm && design.of_hardware() != *KT27 {
         return Err(ChainError::ArmNeedsKt27);
     }
     program.check_installed()
@@ -76,7 +76,7 @@ pub fn check_choice(features: FeatureSource, design: &DesignPoint, program: Flig
 /// Returns the FPGA that the flight program is to expect.
 fn expected_fpga(features: FeatureSource, design: &DesignPoint) -> Result<Fpga, ChainError> {
     // Without hardware the stream begins with the registers that the program was built with.
-    if features != FeatureSource::Rtl || *design == *KT27 {
+    if features != FeatureSource::Rtl || design.of_hardware() == *KT27 {
         return Ok(Fpga { columns: design.width, ..Fpga::default() });
     }
     let map = registers(design)?;

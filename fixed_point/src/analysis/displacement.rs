@@ -117,6 +117,14 @@ impl Motions {
         none.then(|| format!("none of {} known motions is estimated from streaming", self.moved.len()))
     }
 
+    /// Estimates the motions from another level in floating point, with thresholds of the same rank. `None` stands for
+    /// a motion that is not found.
+    pub fn estimates(&self, levels: &Levels, level: Level, bounds: &Bounds) -> Vec<Option<Found>> {
+        let features = |view: &View| Reference::of(&levels.planes(level, &view.frame), bounds).features().to_vec();
+        let before = features(&self.before);
+        self.moved.par_iter().map(|moved| found(&before, &features(&moved.view), self.centre, moved.known)).collect()
+    }
+
     /// Estimates the motions from `bit_true` of a design with the same `streaming`.
     pub fn displacements(&self, levels: &Levels) -> Vec<Displacement> {
         let before = self.before.bit_true(levels);

@@ -9,6 +9,9 @@
 //! | `bit_true` | `quantised` in integers: the bit-true model |
 //! | `rtl` | the emitted Verilog, simulated; it gives the bits of `bit_true` |
 //!
+//! With another smoother than the first-order one (key `smoother`) `recursive` is that smoother, and `quantised` is
+//! `recursive` with rounded coefficients of its direct form. `streaming`, `bit_true` and `rtl` stay first-order.
+//!
 //! Frames are pictures of 16-bit samples, which every level first takes as the camera does: in its steps, `2^(16-P)` DN
 //! for `P` bits. `recursive` smooths the columns upward first, then downward, as the levels below it do: the two orders
 //! differ at the upper and the lower border, where each pass repeats its own border sample.
@@ -25,17 +28,20 @@ use hoverlock_reference::features::extractor;
 use hoverlock_reference::features::feature::Feature;
 use hoverlock_reference::features::maxlbp::{Layer, Ring, max_dog};
 use hoverlock_reference::image::plane::Plane;
+use hoverlock_reference::smoothing::recursive::Recursive;
 use hoverlock_reference::smoothing::recursive::border::Border;
+use hoverlock_reference::smoothing::recursive::direct_form::DirectForm;
 use hoverlock_reference::smoothing::recursive::first_order;
 use hoverlock_reference::smoothing::smoother::Smoother;
 
 use crate::analysis::worst_case;
 use crate::model::bit_true::{BitTrue, Planes};
 use crate::model::coefficients::CoefficientError;
-use crate::model::design::{camera_samples, rings};
+use crate::model::coefficients::direct_form::IntegerDirectForm;
+use crate::model::design::{camera_samples, recursive, rings};
 use crate::model::simd::SimdBitTrue;
 use crate::model::stages::{self, Stage, StageCoefficients};
-use hoverlock_design::DesignPoint;
+use hoverlock_design::{DesignPoint, SmootherKind};
 
 /// A model level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -43,7 +49,7 @@ use hoverlock_design::DesignPoint;
 pub enum Level {
     /// The sampled Gaussian, f64.
     Ideal,
-    /// The two-sided first-order recursion, f64.
+    /// The recursive smoother, f64.
     Recursive,
     /// Finite look-ahead and look-back, f64.
     Streaming,
@@ -134,7 +140,10 @@ pub struct Levels {
     ideal: Vec<Smoother>,
     recursive: Vec<Smoother>,
     streaming: Vec<StageCoefficients<f64>>,
-    quantised: Vec<StageCoefficients<f64>>,
+    /// The rounded coefficients of the first-order filters.
+    rounded: Vec<StageCoefficients<f64>>,
+    /// The rounded filters of another family; empty for first order.
+    rounded_forms: Vec<DirectForm>,
     bit_true: BitTrue,
 }
 
@@ -149,13 +158,20 @@ impl Levels {
             first_order::pole(*sigma).map(|a| StageCoefficients::of_pole(a, *look_ahead))
         };
         let sigmas = || design.sigmas.iter();
-        let quantised = |coefficients: &StageCoefficients<u32>| coefficients.values(design.coefficient);
+        let rounded = |coefficients: &StageCoefficients<u32>| coefficients.values(design.coefficient);
+        let filters = sigmas().map(|sigma| recursive(design, *sigma)).collect::<Result<Vec<_>, _>>()?;
+        let form = |filter: &Recursive| {
+            IntegerDirectForm::round(&filter.direct_form(), filter.sigma(), design.coefficient.bits())
+                .map(|integers| integers.real())
+        };
+        let forms = filters.iter().filter(|_| design.smoother != SmootherKind::FirstOrder).map(form);
         Ok(Self {
             design: design.clone(),
             ideal: sigmas().map(|sigma| Smoother::gaussian(*sigma)).collect::<Result<_, _>>()?,
-            recursive: sigmas().map(|sigma| Smoother::first_order(*sigma)).collect::<Result<_, _>>()?,
+            rounded_forms: forms.collect::<Result<_, _>>()?,
+            recursive: filters.into_iter().map(Smoother::Recursive).collect(),
             streaming: sigmas().zip(&*design.look_ahead).map(streaming).collect::<Result<_, _>>()?,
-            quantised: bit_true.coefficients().iter().map(quantised).collect(),
+            rounded: bit_true.coefficients().iter().map(rounded).collect(),
             bit_true,
         })
     }
@@ -170,20 +186,25 @@ impl Levels {
         &self.bit_true
     }
 
-    /// Returns the coefficients of `streaming` (unrounded), or of `quantised` and `bit_true` (rounded), as real
-    /// numbers; `None` for the other levels.
+    /// Returns the level that `quantised` differs from by its rounded coefficients alone.
+    pub fn unrounded(&self) -> Level {
+        if self.rounded_forms.is_empty() { Level::Streaming } else { Level::Recursive }
+    }
+
+    /// Returns the first-order coefficients of `streaming` (unrounded) or `bit_true` (rounded) as real numbers; `None`
+    /// for the other levels.
     pub fn coefficients(&self, level: Level) -> Option<&[StageCoefficients<f64>]> {
         match level {
-            Level::Ideal | Level::Recursive | Level::Rtl => None,
+            Level::Ideal | Level::Recursive | Level::Quantised | Level::Rtl => None,
             Level::Streaming => Some(&self.streaming),
-            Level::Quantised | Level::BitTrue => Some(&self.quantised),
+            Level::BitTrue => Some(&self.rounded),
         }
     }
 
     /// Smooths by one of the smoothers and passes every stage's output, in order, to `each`.
     ///
     /// # Panics
-    /// For levels other than `streaming`, `quantised` and `bit_true`: they have no stages.
+    /// For levels other than `streaming`, `bit_true` and a first-order `quantised`: they have no stages.
     pub fn stages(
         &self,
         level: Level,
@@ -197,7 +218,8 @@ impl Levels {
         match level {
             Level::Ideal | Level::Recursive | Level::Rtl => panic!("the level {level} has no stages"),
             Level::Streaming => float(&self.streaming[smoother], &mut each),
-            Level::Quantised => float(&self.quantised[smoother], &mut each),
+            Level::Quantised if !self.rounded_forms.is_empty() => panic!("another smoother has no stages"),
+            Level::Quantised => float(&self.rounded[smoother], &mut each),
             Level::BitTrue => {
                 let lsb = self.design.state_dn().lsb();
                 let state = self.state(pixels);
@@ -212,23 +234,27 @@ impl Levels {
     /// # Panics
     /// For `rtl`, which is simulated, not computed.
     pub fn smoothed(&self, level: Level, smoother: usize, pixels: &Plane<u16>) -> Smoothed {
-        let whole = |filter: &Smoother| {
+        if let Some(filter) = self.whole_frame(level, smoother) {
             let frame = self.dn(pixels);
             // Both passes over single columns are the vertical pass alone.
-            Smoothed { columns: columns_only(filter, &frame), rows: upward_first(filter, &frame) }
-        };
-        match level {
-            Level::Ideal => whole(&self.ideal[smoother]),
-            Level::Recursive => whole(&self.recursive[smoother]),
-            Level::Streaming | Level::Quantised | Level::BitTrue | Level::Rtl => {
-                let mut columns = None;
-                let rows = self.stages(level, smoother, pixels, |stage, plane| {
-                    if stage == Stage::Recursion {
-                        columns = Some(plane.clone());
-                    }
-                });
-                Smoothed { columns: columns.expect("every chain has a recursion"), rows }
+            return Smoothed { columns: columns_only(&filter, &frame), rows: upward_first(&filter, &frame) };
+        }
+        let mut columns = None;
+        let rows = self.stages(level, smoother, pixels, |stage, plane| {
+            if stage == Stage::Recursion {
+                columns = Some(plane.clone());
             }
+        });
+        Smoothed { columns: columns.expect("every chain has a recursion"), rows }
+    }
+
+    /// Returns the filter of a level that smooths whole frames, without stages; `None` for the other levels.
+    fn whole_frame(&self, level: Level, smoother: usize) -> Option<WholeFrame<'_>> {
+        match level {
+            Level::Ideal => Some(WholeFrame::Filter(&self.ideal[smoother])),
+            Level::Recursive => Some(WholeFrame::Filter(&self.recursive[smoother])),
+            Level::Quantised => self.rounded_forms.get(smoother).map(WholeFrame::Form),
+            Level::Streaming | Level::BitTrue | Level::Rtl => None,
         }
     }
 
@@ -240,10 +266,9 @@ impl Levels {
         if level == Level::BitTrue {
             return self.in_dn(&self.bit_true_planes(pixels));
         }
-        let smooth = |smoother: usize| match level {
-            Level::Ideal => upward_first(&self.ideal[smoother], &self.dn(pixels)),
-            Level::Recursive => upward_first(&self.recursive[smoother], &self.dn(pixels)),
-            _ => self.stages(level, smoother, pixels, |_, _| ()),
+        let smooth = |smoother: usize| match self.whole_frame(level, smoother) {
+            Some(filter) => upward_first(&filter, &self.dn(pixels)),
+            None => self.stages(level, smoother, pixels, |_, _| ()),
         };
         LevelPlanes::of(self.per_smoother(smooth), rings(&self.design))
     }
@@ -283,13 +308,14 @@ impl Levels {
     }
 
     /// Returns the largest difference of a smoother of this level from the level above, DN. `range` is the largest
-    /// pixel minus the smallest, DN. It is `None` for `ideal`, which has no level above, and 0 for `rtl`. For
-    /// `recursive` it is valid away from the borders.
+    /// pixel minus the smallest, DN. It is `None` for `ideal`, which has no level above, and for `quantised` with
+    /// another smoother, and 0 for `rtl`. For `recursive` it is valid away from the borders.
     pub fn worst_case(&self, level: Level, smoother: usize, range: f64) -> Option<f64> {
-        let (streaming, rounded) = (&self.streaming[smoother], &self.quantised[smoother]);
+        let (streaming, rounded) = (&self.streaming[smoother], &self.rounded[smoother]);
         let response = |filters: &[Smoother]| filters[smoother].impulse_response();
         match level {
             Level::Ideal => None,
+            Level::Quantised if !self.rounded_forms.is_empty() => None,
             Level::Recursive => {
                 Some(worst_case::response_difference(&response(&self.recursive), &response(&self.ideal)) * range)
             }
@@ -311,25 +337,49 @@ impl Levels {
     }
 }
 
-/// Smooths a frame with the upward pass before the downward pass. A smoother does it in the other order, so it gets the
+/// A filter that smooths whole frames.
+enum WholeFrame<'a> {
+    /// A filter with unrounded coefficients.
+    Filter(&'a Smoother),
+    /// A direct form with rounded coefficients.
+    Form(&'a DirectForm),
+}
+
+impl WholeFrame<'_> {
+    fn smooth(&self, frame: &Plane<f64>) -> Plane<f64> {
+        match self {
+            Self::Filter(filter) => filter.smooth(frame, Border::Held),
+            Self::Form(form) => form.smooth(frame),
+        }
+    }
+
+    fn smooth_line(&self, line: &[f64]) -> Vec<f64> {
+        match self {
+            Self::Filter(filter) => filter.smooth_line(line, Border::Held),
+            Self::Form(form) => form.smooth_line(line),
+        }
+    }
+}
+
+/// Smooths a frame with the upward pass before the downward pass. A filter does it in the other order, so it gets the
 /// frame upside down.
-fn upward_first(filter: &Smoother, frame: &Plane<f64>) -> Plane<f64> {
+fn upward_first(filter: &WholeFrame<'_>, frame: &Plane<f64>) -> Plane<f64> {
     let upside_down =
         |plane: &Plane<f64>| Plane::from_fn(plane.width(), plane.height(), |x, y| plane[(x, plane.height() - 1 - y)]);
-    upside_down(&filter.smooth(&upside_down(frame), Border::Held))
+    upside_down(&filter.smooth(&upside_down(frame)))
 }
 
 /// Applies the vertical pass of a smoother alone, upward first.
 ///
 /// Each column is smoothed as a picture of one column, on which the
 /// horizontal pass has no effect.
-fn columns_only(filter: &Smoother, frame: &Plane<f64>) -> Plane<f64> {
+fn columns_only(filter: &WholeFrame<'_>, frame: &Plane<f64>) -> Plane<f64> {
     let columns: Vec<Vec<f64>> = (0..frame.width())
         .into_par_iter()
         .map(|x| {
             let mut column: Vec<f64> = frame.rows().map(|row| row[x]).collect();
             column.reverse();
-            let mut smoothed = filter.smooth_line(&column, Border::Held);
+            let mut smoothed = filter.smooth_line(&column);
             smoothed.reverse();
             smoothed
         })
@@ -399,6 +449,37 @@ mod tests {
                 let thresholds = [1.0; 2];
                 assert!(width == 37 || levels.features(&planes, &thresholds).is_empty());
             }
+        }
+    }
+
+    #[test]
+    fn another_smoother_changes_recursive_and_quantised_alone() {
+        let picture =
+            Picture { width: 90, height: 70, seed: 5, content: Content::Noise { low: 0, high: 65535 } }.draw();
+        let constant = Plane::filled(60, 50, 40_123);
+        let first_order = Levels::new(&KT27).unwrap();
+        let smoothed = |levels: &Levels, level| levels.planes(level, &picture).smoothed;
+        let largest =
+            |a: &[Plane<f64>], b: &[Plane<f64>]| a.iter().zip(b).map(|(a, b)| distance(a, b)).fold(0.0, f64::max);
+        for smoother in SmootherKind::ALL.into_iter().skip(1) {
+            let with_bits = |bits| DesignPoint { smoother, coefficient: Format::unsigned(0, bits), ..KT27.clone() };
+            let levels = Levels::new(&with_bits(16)).unwrap();
+            let same = |level| smoothed(&levels, level) == smoothed(&first_order, level);
+            assert_eq!(Level::MODELS.map(same), [true, false, true, false, true], "{smoother}");
+            let ideal = smoothed(&levels, Level::Ideal);
+            let far = |levels: &Levels| largest(&ideal, &smoothed(levels, Level::Recursive));
+            assert!(far(&levels) < 0.3 * far(&first_order), "{smoother}: {}", far(&levels));
+            let rounding = |bits| {
+                let levels = Levels::new(&with_bits(bits)).unwrap();
+                largest(&smoothed(&levels, Level::Recursive), &smoothed(&levels, Level::Quantised))
+            };
+            assert!(rounding(22) > 0.0 && 8.0 * rounding(22) < rounding(14), "{smoother}");
+            for level in Level::MODELS {
+                let planes = levels.planes(level, &constant).smoothed;
+                assert!(planes.iter().all(|plane| plane.as_slice().iter().all(|sample| *sample == 40_123.0)));
+            }
+            let column = levels.smoothed(Level::Quantised, 0, &picture);
+            assert!(distance(&column.rows, &smoothed(&levels, Level::Quantised)[0]) == 0.0);
         }
     }
 

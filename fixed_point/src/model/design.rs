@@ -1,10 +1,11 @@
 //! A design in the types of [`hoverlock_reference`]: its camera samples and its rings.
 
-use hoverlock_design::{DesignPoint, MAX_RING_RADIUS, MAX_SCALE_PAIRS};
+use hoverlock_design::{DesignPoint, MAX_RING_RADIUS, MAX_SCALE_PAIRS, SmootherKind};
 use hoverlock_reference::features::feature::MAX_PAIRS;
 use hoverlock_reference::features::maxlbp::{self, Ring};
 use hoverlock_reference::image::plane::Plane;
-use hoverlock_reference::smoothing::recursive::first_order;
+use hoverlock_reference::smoothing::design::DesignError;
+use hoverlock_reference::smoothing::recursive::{Family, Recursive, first_order};
 
 use super::coefficients::{look_ahead_error, look_ahead_for};
 
@@ -25,6 +26,32 @@ pub fn camera_samples(design: &DesignPoint, picture: &Plane<u16>) -> Plane<u16> 
 /// Returns the ring of each scale pair.
 pub fn rings(design: &DesignPoint) -> Vec<Ring> {
     design.ring_radii.iter().map(|radius| Ring::of_radius(*radius)).collect()
+}
+
+/// Designs the recursive filter of the design's family for `sigma` px, with the family's usual fit.
+///
+/// # Errors
+/// The family has no filter of this sigma.
+pub fn recursive(design: &DesignPoint, sigma: f64) -> Result<Recursive, DesignError> {
+    let family = match design.smoother {
+        SmootherKind::FirstOrder => Family::FirstOrder,
+        SmootherKind::Deriche => Family::Deriche { order: 4 },
+        SmootherKind::Yvv95 => Family::YoungVanVliet,
+        SmootherKind::Vyv => Family::VanVlietYoungVerbeek { order: 3 },
+    };
+    Recursive::design(family, family.fits()[0], sigma)
+}
+
+/// Returns a remark about what a smoother other than that of the hardware does not change; `None` without one.
+pub fn other_smoother(design: &DesignPoint) -> Option<String> {
+    let SmootherKind::FirstOrder = design.smoother else {
+        return Some(format!(
+            "smoother = {}: the levels recursive and quantised have it; streaming, bit_true and the hardware stay \
+             first-order",
+            design.smoother
+        ));
+    };
+    None
 }
 
 /// Returns a remark for each smoother whose sigma is too large for its look-ahead: its name by sigma, the part of the

@@ -1,5 +1,6 @@
 //! The tables of model levels: what each level changes, and the error of each stage.
 
+use hoverlock_design::SmootherKind;
 use hoverlock_fixed_point::analysis::levels::Level;
 use serde::Serialize;
 
@@ -9,9 +10,9 @@ use crate::study::{Kind, Measurement, Stage, Study};
 
 /// One model level: what it changes and the worst error it shows.
 #[derive(Debug, Serialize)]
-pub(super) struct LevelRow {
+pub(super) struct LevelRow<'a> {
     name: Level,
-    changes: &'static str,
+    changes: &'a str,
     against: &'static str,
     result: String,
 }
@@ -30,7 +31,7 @@ pub(super) struct ErrorRow<'a> {
 }
 
 /// Returns one row for each model level.
-pub(super) fn rows(study: &Study) -> Vec<LevelRow> {
+pub(super) fn rows(study: &Study) -> Vec<LevelRow<'_>> {
     let mut rows = Vec::new();
     for level in &study.levels {
         let dogs = || level.measurements.iter().filter(|m| matches!(m.stage, Stage::Dog(_)));
@@ -53,10 +54,11 @@ pub(super) fn rows(study: &Study) -> Vec<LevelRow> {
         let against = match (level.name, kind) {
             (Level::Rtl, _) => "bit_true",
             (_, Some(Kind::Approximation)) => "ideal",
+            (Level::Quantised, _) if study.design.smoother != SmootherKind::FirstOrder => "recursive",
             (_, Some(Kind::Quantisation)) => "streaming",
             (_, None) => "",
         };
-        rows.push(LevelRow { name: level.name, changes: level.changes, against, result });
+        rows.push(LevelRow { name: level.name, changes: &level.changes, against, result });
     }
     rows
 }

@@ -1,5 +1,7 @@
 //! The plots of the stability of points and descriptors under warps.
 
+use hoverlock_design::SmootherKind;
+
 use crate::repeatability::{Curve, Sample, Stability, Warp};
 
 use crate::colour::Rgb;
@@ -14,13 +16,17 @@ fn warp_name(warp: Warp) -> (&'static str, &'static str) {
     }
 }
 
-/// Plots two rows: points of `ideal` and `recursive`, and descriptors at the points of `recursive`.
+/// Plots two rows: points of the smoothers, and descriptors at the points of the first-order one.
 pub(super) fn plots(study: &Study) -> Result<Vec<String>, PlotError> {
     type Line = (&'static str, Rgb, fn(&Sample) -> f64);
-    let points: [Line; 2] = [
+    let mut points: Vec<Line> = vec![
         ("ideal (Gaussian)", GREY, |sample| sample.ideal.repeatability),
-        ("recursive (first order)", BLUE, |sample| sample.recursive.repeatability),
+        ("first order", BLUE, |sample| sample.recursive.repeatability),
     ];
+    if study.design.smoother != SmootherKind::FirstOrder {
+        let other = |sample: &Sample| sample.other.map_or(f64::NAN, |other| other.repeatability);
+        points.push((study.design.smoother.name(), ORANGE, other));
+    }
     let descriptors: [Line; 3] = [
         ("LBP", GREY, |sample| sample.recursive.lbp),
         ("MaxLBP alone", ORANGE, |sample| sample.recursive.strict),

@@ -114,6 +114,9 @@ pub struct Sample {
     pub ideal: Stability,
     /// Stability with the two-sided first-order recursion, `recursive`.
     pub recursive: Stability,
+    /// Stability with the smoother of the design, if it is another one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub other: Option<Stability>,
 }
 
 /// The fractions of repeated points and of correct matches, 0 to 1.
@@ -129,22 +132,32 @@ pub struct Stability {
     pub signs: f64,
 }
 
+/// A function that designs a smoother of `sigma` px.
+pub type SmootherOf<'a> = &'a dyn Fn(f64) -> Result<Smoother, DesignError>;
+
 /// Measures one picture and returns one curve per family of warps. The frame is the middle of the picture, at most
 /// `frame` columns and rows; outside the picture CUR repeats the border sample, and points there are not compared.
+/// `other` is measured beside the Gaussian and the first-order recursion.
 ///
 /// # Errors
 /// A smoother cannot be designed, which is a defect of this program.
-pub fn curves(picture: &Plane<u16>, frame: (usize, usize)) -> Result<Vec<Curve>, DesignError> {
-    let smoothers = [Bank::of(Smoother::gaussian)?, Bank::of(Smoother::first_order)?];
+pub fn curves(
+    picture: &Plane<u16>,
+    frame: (usize, usize),
+    other: Option<SmootherOf<'_>>,
+) -> Result<Vec<Curve>, DesignError> {
+    let mut smoothers = vec![Bank::of(Smoother::gaussian)?, Bank::of(Smoother::first_order)?];
+    smoothers.extend(other.map(Bank::of).transpose()?);
     let view = View::of(picture, frame);
     let reference = view.seen_through(&Matrix3::identity());
-    let in_reference = smoothers.each_ref().map(|bank| bank.points(&reference));
+    let points = |frame: &Plane<u16>| -> Vec<Vec<Point>> { smoothers.iter().map(|bank| bank.points(frame)).collect() };
+    let in_reference = points(&reference);
     let sample = |warp: Warp, value: f64| {
         let homography = warp.homography(value, view.width, view.height);
         let current = view.seen_through(&homography);
-        let in_current = smoothers.each_ref().map(|bank| bank.points(&current));
-        let (points, [ideal, recursive]) = compare(&in_reference, &in_current, &homography, &reference)?;
-        Some(Sample { value, points, ideal, recursive })
+        let (points, stability) = compare(&in_reference, &points(&current), &homography, &reference)?;
+        let &[ideal, recursive, ref others @ ..] = &stability[..] else { return None };
+        Some(Sample { value, points, ideal, recursive, other: others.first().copied() })
     };
     Ok(Warp::ALL
         .into_iter()
@@ -238,11 +251,11 @@ fn bicubic(picture: &Plane<u16>, x: f64, y: f64) -> u16 {
 
 /// Returns `N` and the stability of each smoother, or `None` if one of them has no point of either scale.
 fn compare(
-    reference: &[Vec<Point>; 2],
-    current: &[Vec<Point>; 2],
+    reference: &[Vec<Point>],
+    current: &[Vec<Point>],
     homography: &Matrix3<f64>,
     frame: &Plane<u16>,
-) -> Option<(usize, [Stability; 2])> {
+) -> Option<(usize, Vec<Stability>)> {
     let back = homography.try_inverse()?;
     let area = [eligible(frame.width()), eligible(frame.height())];
     let common = |points: &[Point], to_other: &Matrix3<f64>| -> [Vec<Point>; 2] {
@@ -259,7 +272,8 @@ fn compare(
             points
         })
     };
-    let mut sides = [0, 1].map(|level| [common(&reference[level], homography), common(&current[level], &back)]);
+    let pairs = reference.iter().zip(current);
+    let mut sides: Vec<_> = pairs.map(|(from, to)| [common(from, homography), common(to, &back)]).collect();
     let numbers = [0, 1].map(|scale| {
         let available = sides.iter().flatten().map(|side| side[scale].len()).min().unwrap_or(0);
         available.min(MAX_POINTS_PER_SCALE)
@@ -271,8 +285,8 @@ fn compare(
     for side in sides.iter_mut().flatten() {
         side.iter_mut().zip(numbers).for_each(|(of_scale, n)| of_scale.truncate(n));
     }
-    let stability = sides.map(|[from, to]| stability(&from.concat(), &to.concat(), homography));
-    Some((points, stability))
+    let stability = |[from, to]: &[[Vec<Point>; 2]; 2]| stability(&from.concat(), &to.concat(), homography);
+    Some((points, sides.iter().map(stability).collect()))
 }
 
 fn is_within(position: Vector2<f64>, [columns, rows]: &[Range<usize>; 2]) -> bool {
@@ -380,13 +394,13 @@ mod tests {
         let picture = texture(220, 200);
         let bank = || Bank::of(Smoother::first_order).unwrap().points(&picture);
         let points = || [bank(), bank()];
-        let (n, [same, _]) = compare(&points(), &points(), &Matrix3::identity(), &picture).unwrap();
+        let (n, found) = compare(&points(), &points(), &Matrix3::identity(), &picture).unwrap();
         assert!(n >= 100, "{n} points");
-        assert_eq!(same, Stability { repeatability: 1.0, lbp: 1.0, strict: 1.0, signs: 1.0 });
+        assert_eq!(found[0], Stability { repeatability: 1.0, lbp: 1.0, strict: 1.0, signs: 1.0 });
         // By chance 7 px^2 of 220 x 200 hold one of n points.
         let wrong = Matrix3::new_translation(&Vector2::new(13.0, -9.0));
-        let (_, [wrong, _]) = compare(&points(), &points(), &wrong, &picture).unwrap();
-        assert!(wrong.repeatability < 0.2, "{wrong:?}");
+        let (_, found) = compare(&points(), &points(), &wrong, &picture).unwrap();
+        assert!(found[0].repeatability < 0.2, "{found:?}");
     }
 
     #[test]
@@ -397,7 +411,8 @@ mod tests {
         let points = |frame: &Plane<u16>| [bank.points(frame), bank.points(frame)];
         // A ground point at (x, y) of the first crop is at (x - 17, y + 12) of the second.
         let shift = Matrix3::new_translation(&Vector2::new(-17.0, 12.0));
-        let (n, [found, _]) = compare(&points(&from), &points(&to), &shift, &from).unwrap();
+        let (n, found) = compare(&points(&from), &points(&to), &shift, &from).unwrap();
+        let found = found[0];
         // 18 px from the border the widest Gaussian still sees it at 3.5 sigma: a point or two may differ.
         assert!(n >= 80 && found.repeatability >= 0.95 && found.signs >= 0.95, "{n} {found:?}");
     }
@@ -429,7 +444,7 @@ mod tests {
         };
         for name in ["farmstead", "pasture_low_texture", "urban_intersection_a"] {
             let picture = Picture::open(folder.join("textures").join(name).with_extension("png")).unwrap();
-            for curve in curves(&picture.luma, (1024, 768)).unwrap() {
+            for curve in curves(&picture.luma, (1024, 768), None).unwrap() {
                 // Roll, pitch and yaw of 5 degrees, 5 m of altitude in 100 m.
                 let within = |value: f64| match curve.warp {
                     Warp::Rotation | Warp::Tilt => value <= 5.0,
@@ -452,7 +467,7 @@ mod tests {
     #[test]
     fn frames_without_points_give_no_samples() {
         for picture in [Plane::filled(90, 80, 5u16), Plane::filled(1, 1, 0)] {
-            assert!(curves(&picture, (1024, 768)).unwrap().iter().all(|curve| curve.samples.is_empty()));
+            assert!(curves(&picture, (1024, 768), None).unwrap().iter().all(|curve| curve.samples.is_empty()));
         }
     }
 }

@@ -177,7 +177,7 @@ fn plots_show_the_numbers_of_the_report() {
         let start = if warp == "tilt" { "projective tilt" } else { &warp };
         let both: Vec<Plot> = Plot::all().into_iter().filter(|plot| plot.name().starts_with(start)).collect();
         assert_eq!(both.len(), 2, "{start}");
-        let drawn = both[0].series("recursive (first order)");
+        let drawn = both[0].series("first order");
         let samples = curve.samples.iter().zip(&drawn);
         let equal = |sample: f64, drawn: f64| same(drawn, 100.0 * sample);
         assert!(samples.into_iter().all(|(sample, point)| equal(sample.recursive.repeatability, point.1)));

@@ -127,6 +127,7 @@ pub fn files() -> Result<Vec<File>, EmitError> {
 /// If the design cannot be built, or its emitter cannot.
 pub fn files_of(design: &DesignPoint) -> Result<Vec<File>, EmitError> {
     design.check_buildable()?;
+    let design = &design.of_hardware();
     if *design == compiled() { files() } else { Ok(other::files(design)?) }
 }
 
@@ -168,7 +169,7 @@ pub fn emission() -> Result<u32, EmitError> {
 /// # Errors
 /// As [`files_of`].
 pub fn emission_of(design: &DesignPoint) -> Result<u32, EmitError> {
-    if *design == compiled() {
+    if design.of_hardware() == compiled() {
         return emission();
     }
     // Its header has it.

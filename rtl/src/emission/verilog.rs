@@ -18,7 +18,7 @@ pub fn verilog(design: &DesignPoint, folder: Option<&Path>) -> Result<Vec<PathBu
     design.check_buildable()?;
     match folder {
         Some(folder) => verilog_in(folder).ok_or_else(|| EmitError::NoVerilog(folder.into())),
-        None => match committed().filter(|_| *design == *KT27) {
+        None => match committed().filter(|_| design.of_hardware() == *KT27) {
             Some(committed) => Ok(committed),
             None => emitted(&files_of(design)?),
         },

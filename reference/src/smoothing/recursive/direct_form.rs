@@ -9,6 +9,8 @@
 //! Feedback is *added*: `a[i]` is the `b_i / b_0` of Young and van Vliet, and the pole itself in the first-order
 //! filter.
 
+use crate::image::plane::Plane;
+use crate::smoothing::separable::{LANES, Lanes, columns_then_rows, single_line};
 use crate::smoothing::smoother::Response;
 use nalgebra::Complex;
 
@@ -50,6 +52,43 @@ impl DirectForm {
         match self.structure {
             Structure::Cascade => causal * causal.conj(),
             Structure::Parallel => causal + z.conj() * polynomial(&self.b_ahead, z.conj()) / feedback(z.conj()),
+        }
+    }
+
+    /// Smooths a plane down its columns, then along its rows. Each pass repeats its own border sample. The DC gain must
+    /// be 1.
+    pub fn smooth(&self, plane: &Plane<f64>) -> Plane<f64> {
+        columns_then_rows(plane, |tile| self.filter(tile))
+    }
+
+    /// Smooths a single line; see [`DirectForm::smooth`].
+    pub fn smooth_line(&self, line: &[f64]) -> Vec<f64> {
+        single_line(line, |tile| self.filter(tile))
+    }
+
+    fn filter(&self, tile: &mut [Lanes]) {
+        let Some(&first) = tile.first() else { return };
+        // The first sample is added again at the end, so that a constant passes unchanged to the last bit.
+        let input: Vec<Lanes> = tile.iter().map(|sample| std::array::from_fn(|l| sample[l] - first[l])).collect();
+        let nothing = [0.0; LANES];
+        let causal = pass(input.iter(), &self.b, &self.a, nothing, nothing);
+        let last = input.len() - 1;
+        let both: Vec<Lanes> = match self.structure {
+            Structure::Cascade => {
+                let held = causal[last];
+                pass(causal.iter().rev(), &self.b, &self.a, held, held)
+            }
+            Structure::Parallel => {
+                let (ahead, feedback) = (self.b_ahead.iter().sum::<f64>(), self.a.iter().sum::<f64>());
+                let settled = input[last].map(|sample| sample * ahead / (1.0 - feedback));
+                let feed: Vec<f64> = std::iter::once(0.0).chain(self.b_ahead.iter().copied()).collect();
+                let anticausal = pass(input.iter().rev(), &feed, &self.a, input[last], settled);
+                let pairs = anticausal.iter().zip(causal.iter().rev());
+                pairs.map(|(ahead, back)| std::array::from_fn(|l| ahead[l] + back[l])).collect()
+            }
+        };
+        for (sample, smoothed) in tile.iter_mut().rev().zip(both) {
+            *sample = std::array::from_fn(|l| first[l] + smoothed[l]);
         }
     }
 
@@ -122,6 +161,34 @@ pub(crate) fn multiply(p: &[f64], q: &[f64]) -> Vec<f64> {
         }
     }
     product
+}
+
+/// Computes `y[n] = sum_i feed[i] x[n-i] + sum_i a[i] y[n-1-i]`. Samples before the first are `before` and `settled`.
+fn pass<'a>(
+    input: impl Iterator<Item = &'a Lanes>,
+    feed: &[f64],
+    a: &[f64],
+    before: Lanes,
+    settled: Lanes,
+) -> Vec<Lanes> {
+    let input: Vec<&Lanes> = input.collect();
+    let mut output: Vec<Lanes> = Vec::with_capacity(input.len());
+    for n in 0..input.len() {
+        let mut now = [0.0; LANES];
+        let mut add = |weight: f64, sample: &Lanes| {
+            for l in 0..LANES {
+                now[l] += weight * sample[l];
+            }
+        };
+        for (i, weight) in feed.iter().enumerate() {
+            add(*weight, n.checked_sub(i).map_or(&before, |n| input[n]));
+        }
+        for (i, weight) in a.iter().enumerate() {
+            add(*weight, n.checked_sub(i + 1).map_or(&settled, |n| &output[n]));
+        }
+        output.push(now);
+    }
+    output
 }
 
 #[cfg(test)]

@@ -403,6 +403,21 @@ mod tests {
     }
 
     #[test]
+    fn direct_forms_hold_the_border_sample_as_the_sections_do() {
+        // Steep at both ends, so that a wrong border shows.
+        let line: Vec<f64> = (0..50).map(|n| f64::from((n * n * 37 + n * 11) % 1000 + 40 * n)).collect();
+        for (family, fit) in designs() {
+            let filter = Recursive::design(family, fit, 3.2).unwrap();
+            let form = filter.direct_form();
+            let wanted = single_line(&line, |tile| filter.filter(tile, Border::Held));
+            let differences =
+                form.smooth_line(&line).iter().zip(&wanted).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(differences < 1e-6, "{family:?}: {differences}");
+            assert_eq!(form.smooth_line(&[0.1; 40]), [0.1; 40], "{family:?}");
+        }
+    }
+
+    #[test]
     fn unknown_orders_and_fits_are_refused_by_name() {
         let refused = |family, fit, sigma| Recursive::design(family, fit, sigma).unwrap_err().to_string();
         let message = refused(Family::Deriche { order: 5 }, Fit::Published, 2.0);
