@@ -193,7 +193,8 @@ fn write(
     for figure in figures(&filters)? {
         texts.push((format!("{}.svg", figure.name), figure.file()?));
     }
-    let made = Folder::new(folder)?;
+    let names: Vec<&str> = texts.iter().map(|(name, _)| name.as_str()).collect();
+    let made = Folder::of(folder, "coeffs", &names)?;
     let mut batch = Batch::default();
     let mut paths = Vec::new();
     for (name, text) in &texts {

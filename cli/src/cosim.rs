@@ -20,6 +20,7 @@ use crate::progress::Reporter;
 /// With --features rtl they enter the pixel port of the Verilated top; the records go through a DMA into a ring of
 /// buffers in simulated memory, and a model of the CPU takes them from there at the interrupt. Status 0 only if
 /// some frame has an estimate and, with --estimator arm, if the ARM binary writes the host's lines byte for byte.
+/// The verdict says how many of the frames that features in floating point solve have an estimate.
 ///
 /// Examples:
 ///   hoverlock cosim flight/
@@ -44,7 +45,7 @@ pub struct Args {
     #[command(flatten)]
     limit: Limit,
     /// One JSON object on stdout: ok sequence features estimator telemetry estimates[] (the flight program's own
-    /// lines, one per frame) pseudo_truth[] against_truth cycles seconds reason
+    /// lines, one per frame) pseudo_truth[] against_truth cycles seconds float (solved estimated) reason
     #[arg(long)]
     json: bool,
 }
@@ -59,7 +60,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
         flight_program: args.estimator.into(),
         limits: args.limit.limits(),
     };
-    let folder = args.out.as_deref().map(Folder::new).transpose()?;
+    let folder = args.out.as_deref().map(|out| Folder::of(out, "cosim", &[PAGE])).transpose()?;
     let outcome = cosim(&settings, &Reporter)?;
     if let Some(out) = &args.out {
         write_file(&out.join(PAGE), outcome.page(&command())?.as_bytes())?;
@@ -109,10 +110,6 @@ fn text(outcome: &CosimOutcome, out: Option<&Path>) -> String {
     if let Some(out) = out {
         let _ = writeln!(text, "{}", shown(&out.join(PAGE)));
     }
-    let estimates = outcome.frames.iter().filter(|frame| frame.line.x_e_m.is_some()).count();
-    let reason = match &outcome.reason {
-        Some(reason) => reason.clone(),
-        None => format!("{estimates} estimates in {} frames", outcome.frames.len()),
-    };
+    let reason = outcome.reason.clone().unwrap_or_else(|| outcome.coverage());
     text + &verdict(outcome.ok, &reason) + "\n"
 }

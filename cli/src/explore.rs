@@ -108,11 +108,11 @@ pub fn run(args: &Args) -> Result<Verdict> {
     if args.images.is_empty() {
         bail!("explore: a picture is missing; name one, or give --objective hover with --budget-cm");
     }
-    let design = args.chosen.design()?;
+    let design = args.chosen.design()?.of_hardware();
     Levels::new(&design)?;
     design.check_buildable()?;
     let (subjects, unfit) = subjects(&expand(&args.images)?, &design, &args.limit)?;
-    let folder = Folder::new(&args.out)?;
+    let folder = Folder::of(&args.out, "explore", &[PAGE, RESULTS, output::BEST])?;
     let path = args.out.join(RESULTS);
     let known = results::read(&path)?;
     let bar = ProgressBar::new(0);

@@ -2,12 +2,14 @@
 
 use std::any::Any;
 use std::fmt::Write as _;
+use std::fs::File;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use anyhow::Result;
-use hoverlock_cosim::hover::TABLE;
-use hoverlock_cosim::sequence::{INERTIAL, SequenceWriter, TELEMETRY};
+use hoverlock_cosim::hover::{TABLE, table};
+use hoverlock_cosim::sequence::{FIRST_FRAME, INERTIAL, SequenceWriter, TELEMETRY};
 use hoverlock_cosim::{BoxError, FrameProgress, HoverOutcome, HoverSettings, Monitor, hover};
 use hoverlock_reports::output::PAGE;
 use indicatif::ProgressBar;
@@ -68,7 +70,7 @@ pub struct Args {
     renew: Option<f64>,
     #[command(flatten)]
     chosen: Chosen,
-    /// The folder for the page, index.html, and the table of each frame, hover.csv
+    /// The folder for the page, index.html, and the table of each frame, hover.csv, which grows as it flies
     #[arg(long, value_name = "DIR", default_value = "out/hover")]
     out: PathBuf,
     /// Save the frames and their telemetry into this folder, for `hoverlock cosim`
@@ -79,9 +81,12 @@ pub struct Args {
     json: bool,
 }
 
-/// Shows the progress of a hover, and saves its frames.
+/// Shows the progress of a hover, writes its table frame by frame, and saves its frames.
 struct Recorder {
     bar: ProgressBar,
+    path: PathBuf,
+    /// The table; `None` before the first frame.
+    table: Mutex<Option<File>>,
     saved: Option<(PathBuf, Mutex<SequenceWriter>)>,
 }
 
@@ -96,6 +101,14 @@ impl Monitor for Recorder {
             let (name, png) = writer.add(frame.number, frame.picture, frame.telemetry)?;
             writer.add_inertial(frame.inertial);
             write_file(&folder.join(name), &png)?;
+        }
+        if let Some(row) = frame.row {
+            let text = table(std::slice::from_ref(row))?;
+            let mut file = self.table.lock().unwrap_or_else(PoisonError::into_inner);
+            match &mut *file {
+                Some(file) => file.write_all(text.split_once('\n').map_or("", |(_, row)| row).as_bytes())?,
+                none => none.insert(File::create(&self.path)?).write_all(text.as_bytes())?,
+            }
         }
         let seconds = frame.telemetry.time_us as f64 / 1e6;
         let distance = 100.0 * frame.distance_m.unwrap_or_default();
@@ -136,16 +149,18 @@ pub fn run(args: &Args) -> Result<Verdict> {
     if let Some(path) = &args.scenario {
         settings.read_scenario(path)?;
     }
-    let folder = Folder::new(&args.out)?;
-    let save = args.save.as_deref().map(Folder::new).transpose()?;
+    let folder = Folder::of(&args.out, "hover", &[PAGE, TABLE])?;
+    let frames = |save| Folder::of(save, "hover --save", &[TELEMETRY, INERTIAL, FIRST_FRAME]);
+    let save = args.save.as_deref().map(frames).transpose()?;
     let recorder = Recorder {
         bar: bar(0, "{bar:32} {percent:>3} %  {elapsed}  {msg}"),
+        path: args.out.join(TABLE),
+        table: Mutex::default(),
         saved: args.save.clone().map(|folder| (folder, Mutex::default())),
     };
     let outcome = hover(&settings, &recorder)?;
     recorder.finish()?;
     write_file(&args.out.join(PAGE), outcome.page(&command())?.as_bytes())?;
-    write_file(&args.out.join(TABLE), outcome.table()?.as_bytes())?;
     drop((folder, save));
     if args.json {
         print_json(&outcome)?;

@@ -14,6 +14,8 @@ use signal_hook::consts::{SIGBUS, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 use signal_hook::low_level;
 
+use crate::output::MARKER;
+
 /// Temporary files and folders, the latest last.
 static PENDING: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
@@ -72,13 +74,24 @@ fn parent(folder: &Path) -> Option<(i32, i32)> {
     Some((id, parent))
 }
 
+/// Removes a file if its folder has no other.
+pub fn remove_if_alone(file: &Path) {
+    let others = file.parent().and_then(|folder| fs::read_dir(folder).ok()).map_or(0, Iterator::count);
+    if others == 1 {
+        let _ = fs::remove_file(file);
+    }
+}
+
 fn remove(paths: &[PathBuf]) {
-    for path in paths.iter().filter(|path| !path.is_dir()) {
+    let (markers, files): (Vec<_>, Vec<_>) =
+        paths.iter().filter(|path| !path.is_dir()).partition(|path| path.ends_with(MARKER));
+    for path in files {
         // The FST writer's second file.
         let mut hierarchy = path.clone().into_os_string();
         hierarchy.push(".hier");
         let _ = (fs::remove_file(path), fs::remove_file(hierarchy));
     }
+    markers.iter().for_each(|marker| remove_if_alone(marker));
     // Only those that are empty go; they are registered from the deepest up.
     for path in paths.iter().filter(|path| path.is_dir()) {
         let _ = fs::remove_dir(path);

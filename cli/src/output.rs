@@ -11,7 +11,7 @@ use anyhow::{Context, Result, bail};
 use serde::{Serialize, Serializer};
 use tempfile::{Builder, TempPath};
 
-use crate::interrupt::Pending;
+use crate::interrupt::{Pending, remove_if_alone};
 
 /// Writes `text` to stdout, with colours only on a terminal. A closed pipe (`| head`) is not an error.
 pub fn print(text: &str) -> Result<()> {
@@ -191,8 +191,13 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
     Aside::write(path, bytes)?.keep()
 }
 
+/// File in a folder of results that names the verbs which write there, one a line.
+pub const MARKER: &str = ".hoverlock";
+
 /// A folder to write into. Folders that had to be created are removed again, also by a signal, if they stay empty.
 pub struct Folder {
+    /// The marker, if it was written now.
+    marker: Option<(PathBuf, Pending)>,
     made: Vec<(PathBuf, Pending)>,
 }
 
@@ -202,16 +207,43 @@ impl Folder {
         let missing: Vec<&Path> =
             path.ancestors().take_while(|folder| !folder.as_os_str().is_empty() && !folder.exists()).collect();
         let made = missing.into_iter().map(|folder| (folder.to_owned(), Pending::new(folder))).collect();
-        let made = Self { made };
+        let made = Self { marker: None, made };
         fs::create_dir_all(path).with_context(|| {
             format!("{}: cannot be made a folder; check the path and its permissions", path.display())
         })?;
         Ok(made)
     }
+
+    /// Creates the folder for the results of a verb, and a file in it that names the verb. `files` are names that the
+    /// verb will write.
+    ///
+    /// # Errors
+    /// One of the files exists, and the folder is not one of this verb; or no file can be written there.
+    pub fn of(path: &Path, verb: &str, files: &[&str]) -> Result<Self> {
+        let (marker, owner) = (path.join(MARKER), format!("hoverlock {verb}"));
+        let found = fs::read_to_string(&marker).unwrap_or_default();
+        let owners: Vec<&str> = found.lines().collect();
+        let is_owner = owners.contains(&owner.as_str());
+        let taken = files.iter().map(|name| path.join(name)).find(|file| !is_owner && file.exists());
+        if let Some(file) = taken {
+            let other = if owners.is_empty() { "another program".to_owned() } else { owners.join(" or ") };
+            bail!("{}: was written by {other}; name another folder, or remove it", file.display());
+        }
+        let mut folder = Self::new(path)?;
+        if owners.is_empty() {
+            folder.marker = Some((marker.clone(), Pending::new(&marker)));
+        }
+        let added = if is_owner { found } else { format!("{found}{owner}\n") };
+        fs::write(&marker, added).with_context(|| unwritable(&marker))?;
+        Ok(folder)
+    }
 }
 
 impl Drop for Folder {
     fn drop(&mut self) {
+        if let Some((marker, _pending)) = self.marker.take() {
+            remove_if_alone(&marker);
+        }
         // The deepest folder first. A folder with a file in it is not removed.
         for (folder, _pending) in self.made.drain(..) {
             let _ = fs::remove_dir(folder);

@@ -36,7 +36,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<Verdict> {
-    let folder = Folder::new(&args.out)?;
+    let folder = Folder::of(&args.out, "paper", &[PAGE, NUMBERS])?;
     let bar = ProgressBar::new(0).with_style(ProgressStyle::with_template("figures {bar:30} {pos}/{len}")?);
     let items = items(|step, steps| {
         bar.set_length(steps as u64);

@@ -20,7 +20,7 @@ const TABLE: &str = "flights.csv";
 
 /// Draws the flights, writes their scenario files, and flies those that the table does not have.
 pub fn run(settings: &RandomSettings, table: Option<&Path>, out: &Path, json: bool) -> Result<Verdict> {
-    let folder = Folder::new(out)?;
+    let folder = Folder::of(out, "sweep --random", &[PAGE, TABLE])?;
     for flight in draw_all(settings) {
         write_file(&out.join(scenario_name(&flight)), flight.scenario().as_bytes())?;
     }
@@ -57,7 +57,7 @@ pub fn run(settings: &RandomSettings, table: Option<&Path>, out: &Path, json: bo
 /// Shrinks flight `number` and writes the scenario file of what remains.
 pub fn run_shrink(settings: &RandomSettings, number: u32, out: &Path, json: bool) -> Result<Verdict> {
     let flight = RandomFlight::draw(settings.seed, number, settings.seconds);
-    let folder = Folder::new(out)?;
+    let folder = Folder::of(out, "sweep --random", &[])?;
     let mut progress = |flight: &RandomFlight, fails: bool| {
         let result = if fails { "fails" } else { "passes" };
         say(&format!("{result}, {} s: {}", flight.seconds, flight.described()));

@@ -109,7 +109,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
         seconds: args.seconds.unwrap_or(SECONDS),
         features: args.features.into(),
     })?;
-    let folder = Folder::new(&args.out)?;
+    let folder = Folder::of(&args.out, "sweep", &[PAGE, TABLE])?;
     let table = args.out.join(TABLE);
     let bar = bar(0, "{bar:32} {pos} of {len}  {elapsed}  {msg}");
     let mut progress = |progress: CampaignProgress<'_>| -> Result<(), BoxError> {

@@ -59,6 +59,7 @@ fn the_folder_holds_every_form_whole() {
     let mut names: Vec<String> =
         std::fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
     names.sort();
+    assert_eq!(names.remove(0), ".hoverlock");
     let figures = ["dog0_frequency", "dog0_impulse", "smoother0_frequency", "smoother0_impulse", "smoother1_frequency"]
         .into_iter()
         .chain(["smoother1_impulse"])

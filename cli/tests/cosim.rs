@@ -149,7 +149,10 @@ fn a_flight_is_followed_and_the_hardware_gives_the_lines_of_the_model() {
         close(found, &numbers(&estimate["covariance_m2"]), place);
     }
     let page = fs::read_to_string(out.join("index.html")).unwrap();
-    assert!(page.contains("03.png") && page.contains("4 frames"));
+    assert!(
+        page.contains("03.png") && page.contains("4 frames") && page.contains("3 of the 3 that floating point solves")
+    );
+    assert_eq!(fixed["float"], serde_json::json!({ "solved": 3, "estimated": 3 }), "{text}");
 
     let (rtl, hardware) = json(&["cosim", sequence, "--features", "rtl"]);
     assert_eq!(lines(&text), lines(&hardware));
@@ -157,6 +160,7 @@ fn a_flight_is_followed_and_the_hardware_gives_the_lines_of_the_model() {
     assert!(rtl["cycles"].as_u64() > Some((4 * WIDTH * HEIGHT) as u64) && fixed["cycles"].is_null());
 
     let (float, _) = json(&["cosim", sequence, "--features", "float"]);
+    assert!(float["float"].is_null());
     for (float, fixed) in float["estimates"].as_array().unwrap().iter().zip(estimates).skip(1) {
         for axis in ["x_e_m", "y_e_m"] {
             let difference = float[axis].as_f64().unwrap() - fixed[axis].as_f64().unwrap();
@@ -276,6 +280,7 @@ fn a_flight_over_nothing_known_has_status_1_and_a_reason() {
     let (report, text) = json(&["cosim", folder.path().to_str().unwrap()]);
     assert_eq!((&report["ok"], lines(&text).len()), (&false.into(), 2));
     assert!(report["reason"].as_str().unwrap().contains("no frame has an estimate"), "{text}");
+    assert!(report["reason"].as_str().unwrap().ends_with("so these frames judge no design"), "{text}");
     assert!(report["telemetry"].as_str().unwrap().starts_with("assumed"), "{text}");
 }
 

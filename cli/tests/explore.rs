@@ -108,6 +108,8 @@ fn bad_input_is_one_line_and_status_2() {
     let broken = folder.path().join("broken");
     fs::create_dir(&broken).unwrap();
     fs::write(broken.join("results.jsonl"), "[1, 2]\n").unwrap();
+    // As an explore that was stopped leaves it; in any other folder the file is not read.
+    fs::write(broken.join(".hoverlock"), "hoverlock explore\n").unwrap();
     let hover = |more: &[&'static str]| [&["--objective", "hover", "--out", out][..], more].concat();
     let cases: [(&[&str], &str); 14] = [
         (&["none.png", "--out", out], "none.png"),

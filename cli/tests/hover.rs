@@ -32,6 +32,53 @@ fn column(table: &str, name: &str) -> Vec<Option<f64>> {
     rows.records().map(|row| row.unwrap()[at].parse().ok()).collect()
 }
 
+/// Nothing is made before what cannot work is refused, and nothing of another verb is overwritten.
+#[test]
+fn folder_and_design_are_checked_before_the_scene_is_made() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out").display().to_string();
+    fs::write(folder.path().join("file"), "").unwrap();
+    let file = folder.path().join("file/save").display().to_string();
+    let cases: [(&[&str], &str); 3] = [
+        (&["--out", &out, "--design", "small"], "frames of 1024 x 768 px: the design takes"),
+        (&["--out", &out, "--save", &file], "file/save"),
+        (&["--out", &out, "--gusts", "3", "--scene", "moon"], "moon"),
+    ];
+    for (args, named) in cases {
+        let output = hoverlock(&[&["hover"], args].concat());
+        assert_refused(&output, named);
+        assert!(!String::from_utf8_lossy(&output.stderr).contains("making the scene"));
+        assert!(!Path::new(&out).exists(), "{named}: something was left");
+    }
+    fs::create_dir(&out).unwrap();
+    for (marker, by) in [(None, "another program"), (Some("hoverlock report\n"), "hoverlock report")] {
+        marker.iter().for_each(|text| fs::write(Path::new(&out).join(".hoverlock"), text).unwrap());
+        fs::write(Path::new(&out).join("index.html"), "mine").unwrap();
+        let output = hoverlock(&["hover", "--seconds", "1", "--out", &out]);
+        assert_refused(&output, &format!("index.html: was written by {by}; name another folder"));
+        assert_eq!(fs::read_to_string(Path::new(&out).join("index.html")).unwrap(), "mine");
+    }
+}
+
+/// A flight that is killed leaves the rows flown so far.
+#[test]
+fn the_table_grows_as_it_flies() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["hover", "--scene", "helipad-in-mist", "--seconds", "600", "--out", folder.path().to_str().unwrap()];
+    let mut flight = Command::new(env!("CARGO_BIN_EXE_hoverlock")).args(args).spawn().unwrap();
+    let table = folder.path().join("hover.csv");
+    let rows = || fs::read_to_string(&table).map_or(0, |text| text.lines().count());
+    let started = std::time::Instant::now();
+    while rows() < 4 && started.elapsed().as_secs() < 300 {
+        std::thread::sleep(std::time::Duration::from_millis(100));
+    }
+    flight.kill().unwrap();
+    flight.wait().unwrap();
+    assert!(rows() >= 4 && !folder.path().join("index.html").exists(), "{} rows", rows());
+    let times = column(&fs::read_to_string(&table).unwrap(), "time");
+    assert!(times[..3].windows(2).all(|pair| pair[0] < pair[1]), "{times:?}");
+}
+
 /// Level asphalt with its helipad: the place is held to centimetres; the same seed gives the same bytes, another seed
 /// other ones; and what was saved is replayed to the same estimates.
 #[test]

@@ -37,4 +37,4 @@ pub use chain::{FeatureSource, FlightProgram};
 pub use hover::{HoverOutcome, HoverSettings, hover};
 pub use monitor::{BoxError, FrameProgress, Monitor};
 pub use pages::estimates::Estimate;
-pub use replay::{Accuracy, CosimError, CosimFrame, CosimOutcome, CosimSettings, Position, cosim};
+pub use replay::{Accuracy, CosimError, CosimFrame, CosimOutcome, CosimSettings, FloatReference, Position, cosim};

@@ -6,6 +6,8 @@ use std::error::Error;
 use hoverlock_arm::message::{InertialSample, Telemetry};
 use hoverlock_reference::image::plane::Plane;
 
+use crate::hover::Row;
+
 /// Any error of the caller.
 pub type BoxError = Box<dyn Error + Send + Sync>;
 
@@ -49,4 +51,6 @@ pub struct FrameProgress<'a> {
     pub quality: Option<u8>,
     /// True distance from the target, m; `None` if the truth is unknown.
     pub distance_m: Option<f64>,
+    /// The row of the frame in the table of a hover; `None` outside a hover.
+    pub row: Option<&'a Row>,
 }

@@ -87,6 +87,8 @@ pub struct CosimOutcome {
     pub cycles: Option<u64>,
     /// Duration of the run, s.
     pub seconds: f64,
+    /// Which frames floating point solves; `None` if the features are those of floating point.
+    pub float: Option<FloatReference>,
     /// Why `ok` is false.
     pub reason: Option<String>,
     /// The frames in order.
@@ -114,6 +116,15 @@ pub struct Accuracy {
     pub rms_m: f64,
     /// Largest error, m.
     pub max_m: f64,
+}
+
+/// The same frames with features in floating point: what is lost to word lengths or hardware, and what to the frames.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct FloatReference {
+    /// Number of frames with an estimate in floating point.
+    pub solved: usize,
+    /// Number of those that have an estimate in this run too.
+    pub estimated: usize,
 }
 
 /// A frame of a co-simulation.
@@ -150,6 +161,11 @@ pub fn cosim(settings: &CosimSettings, monitor: &dyn Monitor) -> Result<CosimOut
     let step = monitor.long_step("frames through extractor and flight program");
     let started = Instant::now();
     let mut chain = Chain::start(settings.features, &settings.design, settings.flight_program, &frames[0], monitor)?;
+    let mut float = match settings.features {
+        FeatureSource::Float => None,
+        _ => Some(Chain::start(FeatureSource::Float, &settings.design, FlightProgram::Host, &frames[0], monitor)?),
+    };
+    let mut reference = FloatReference { solved: 0, estimated: 0 };
     let (mut outputs, mut estimates) = (Vec::new(), Vec::new());
     let total = frames.len();
     let mut inertial = &inertial[..];
@@ -161,6 +177,12 @@ pub fn cosim(settings: &CosimSettings, monitor: &dyn Monitor) -> Result<CosimOut
         inertial = later;
         chain.inertial(samples)?;
         let output = chain.process(telemetry, &picture, Delivery::Once)?;
+        if let Some(float) = &mut float {
+            float.inertial(samples)?;
+            let is_solved = float.process(telemetry, &picture, Delivery::Once)?.line.x_e_m.is_some();
+            reference.solved += usize::from(is_solved);
+            reference.estimated += usize::from(is_solved && output.line.x_e_m.is_some());
+        }
         estimates.push(RawValue::from_string(output.text)?);
         let quality = output.line.quality;
         let progress = FrameProgress {
@@ -171,12 +193,14 @@ pub fn cosim(settings: &CosimSettings, monitor: &dyn Monitor) -> Result<CosimOut
             inertial: samples,
             quality,
             distance_m: None,
+            row: None,
         };
         monitor.frame(&progress).map_err(CosimError::Stopped)?;
         outputs.push(CosimFrame { name, picture, line: output.line, truth, inliers: output.inliers });
     }
     drop(step);
-    let reason = failure(&chain, &outputs);
+    let reference = float.map(|_| reference);
+    let reason = failure(&chain, &outputs, reference);
     let position = |truth: PseudoTruth| Position {
         x_e_m: truth.displacement.x,
         y_e_m: truth.displacement.y,
@@ -193,19 +217,25 @@ pub fn cosim(settings: &CosimSettings, monitor: &dyn Monitor) -> Result<CosimOut
         against_truth: accuracy(&outputs),
         cycles: chain.cycles(),
         seconds: started.elapsed().as_secs_f64(),
+        float: reference,
         reason,
         frames: outputs,
     })
 }
 
 /// Returns the reason why a run does not pass.
-fn failure(chain: &Chain, frames: &[CosimFrame]) -> Option<String> {
+fn failure(chain: &Chain, frames: &[CosimFrame], float: Option<FloatReference>) -> Option<String> {
     if let Some(frame) = chain.first_difference() {
         return Some(format!("frame {frame}: the ARM binary's line is not the host's; is `make arm` up to date?"));
     }
     if frames.iter().all(|frame| frame.line.x_e_m.is_none()) {
         let first = frames.iter().find_map(|frame| frame.line.reason.clone()).unwrap_or_default();
-        return Some(format!("no frame has an estimate: {first}"));
+        let judged = match float {
+            Some(FloatReference { solved: 0, .. }) => "; nor in floating point, so these frames judge no design".into(),
+            Some(FloatReference { solved, .. }) => format!("; {solved} have one in floating point"),
+            None => String::new(),
+        };
+        return Some(format!("no frame has an estimate: {first}{judged}"));
     }
     None
 }
@@ -221,6 +251,16 @@ fn accuracy(frames: &[CosimFrame]) -> Option<Accuracy> {
 }
 
 impl CosimOutcome {
+    /// Returns what the run has shown: how many frames have an estimate, and how many of those that floating point
+    /// solves.
+    pub fn coverage(&self) -> String {
+        let estimates = self.frames.iter().filter(|frame| frame.line.x_e_m.is_some()).count();
+        let of_float = self.float.map(|FloatReference { solved, estimated }| {
+            format!("; {estimated} of the {solved} that floating point solves")
+        });
+        format!("{estimates} estimates in {} frames{}", self.frames.len(), of_float.unwrap_or_default())
+    }
+
     /// Renders the run as one HTML page. `command` is shown as its origin.
     ///
     /// # Errors
@@ -245,6 +285,7 @@ impl CosimOutcome {
             estimator: self.flight_program.description(),
             telemetry: self.telemetry.into(),
             failure: self.reason.clone(),
+            coverage: self.coverage(),
             cycles: self.cycles,
             frames: frames.collect(),
         })

@@ -1,7 +1,7 @@
 """The points of a campaign on a Dask cluster: ``python -m hoverlock_models.sweep --scheduler ADDRESS``.
 
 ``hoverlock sweep --dask ADDRESS`` starts this program. A line of standard input is a point, a line of standard output its
-result, in the order in which the points are finished. Both are rows of CSV. The workers call
+result, in the order in which the points are finished. Both are rows of CSV; a line that begins with ``#`` is a remark. The workers call
 `hoverlock_models.cosim.fly_point`, so this package must be installed where they run. If a worker dies, Dask gives its
 points to another.
 """
@@ -32,6 +32,9 @@ def main() -> int:
         print(f"no scheduler at {arguments.scheduler}: {error}", file=sys.stderr)
         return 2
     with client:
+        if not client.scheduler_info()["workers"]:  # type: ignore[no-untyped-call]
+            start = f"dask worker {arguments.scheduler}"
+            print(f"# no workers at {arguments.scheduler} yet: the points wait; `{start}` starts one", flush=True)
         points = [line.rstrip("\n") for line in sys.stdin if line.strip()]
         flights = [client.submit(fly_point, point, pure=False, retries=RETRIES) for point in points]
         try:

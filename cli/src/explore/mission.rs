@@ -86,7 +86,7 @@ pub fn run(args: &super::Args) -> Result<Verdict> {
     if let Some(picture) = args.images.first() {
         bail!("{}: --objective hover flies over --scenes and takes no picture", shown(picture));
     }
-    let design = args.chosen.design()?;
+    let design = args.chosen.design()?.of_hardware();
     Levels::new(&design)?;
     design.check_buildable()?;
     let (columns, rows) = FRAME_SIZE;
@@ -99,7 +99,7 @@ pub fn run(args: &super::Args) -> Result<Verdict> {
     }
     let seed = args.mission.seed.unwrap_or(1);
     let (scenes, subjects) = scenes(&args.mission.scenes, seed)?;
-    let folder = Folder::new(&args.out)?;
+    let folder = Folder::of(&args.out, "explore --objective hover", &[PAGE, RESULTS, BEST])?;
     let (flights, parts) = (args.out.join(FLIGHTS), args.out.join(RESULTS));
     let known = Known { flights: results::read(&flights)?, parts: results::read(&parts)? };
     let started = Instant::now();

@@ -6,9 +6,13 @@ use std::io::{BufRead as _, BufReader, ErrorKind, Read as _, Seek as _, Write as
 use std::process::{Command, Stdio};
 
 use super::{CampaignError, FlownPoint, Point, table};
+use crate::monitor::Monitor;
 
 /// The Python module. It reads points from stdin and writes results to stdout, both as rows of CSV.
 const MODULE: &str = "hoverlock_models.sweep";
+
+/// The beginning of a line of the module that is a remark, not a result.
+const REMARK: &str = "# ";
 
 /// A Dask cluster.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -20,10 +24,12 @@ pub struct Cluster {
 }
 
 impl Cluster {
-    /// Flies points and passes each to `keep` in the order in which they are finished.
+    /// Flies points and passes each to `keep` in the order in which they are finished. Remarks of the module, such as
+    /// that there are no workers, go to `monitor`.
     pub(super) fn fly_all(
         &self,
         points: &[Point],
+        monitor: &dyn Monitor,
         keep: &mut dyn FnMut(FlownPoint) -> Result<(), CampaignError>,
     ) -> Result<(), CampaignError> {
         if points.is_empty() {
@@ -51,7 +57,11 @@ impl Cluster {
         }
         if let Some(stdout) = child.stdout.take() {
             for line in BufReader::new(stdout).lines() {
-                keep(table::from_row(&line.map_err(failed("the results cannot be read"))?)?)?;
+                let line = line.map_err(failed("the results cannot be read"))?;
+                match line.strip_prefix(REMARK) {
+                    Some(remark) => monitor.remark(remark),
+                    None => keep(table::from_row(&line)?)?,
+                }
             }
         }
         let status = child.wait().map_err(failed("the Python module cannot be waited for"))?;

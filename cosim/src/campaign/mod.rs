@@ -13,6 +13,7 @@ pub mod random;
 mod statistics;
 mod table;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use hoverlock_design::DesignPoint;
@@ -151,7 +152,8 @@ impl Campaign {
         Ok(Self { points, checked })
     }
 
-    /// Flies the points that the table does not have, and appends each to it.
+    /// Flies the points that the table does not have, and appends each to it. At the end the table is written in the
+    /// order of the points, whoever flew them.
     ///
     /// # Errors
     /// The table cannot be read or written, a point cannot be flown, or `progress` stops the campaign. The table keeps
@@ -175,11 +177,17 @@ impl Campaign {
         };
         match place {
             Place::Local => local::fly_all(&left, |point| fly_point(point, &LongStepsOnly(monitor)), &mut keep)?,
-            Place::Cluster(cluster) => cluster.fly_all(&left, &mut keep)?,
+            Place::Cluster(cluster) => cluster.fly_all(&left, monitor, &mut keep)?,
         }
         let flown: Vec<FlownPoint> = self.points.iter().filter_map(|point| known.get(&point.key()).cloned()).collect();
         if flown.len() < points {
             return Err(CampaignError::MissingPoints { flown: flown.len(), points });
+        }
+        if !left.is_empty() {
+            flown.iter().for_each(|flown| drop(known.remove(&flown.point().key())));
+            // Points of other campaigns follow, in an order of their own.
+            let others: BTreeMap<String, FlownPoint> = known.into_iter().collect();
+            table::replace(table, flown.iter().chain(others.values()))?;
         }
         Ok(CampaignOutcome::new(self.checked.clone(), flown))
     }

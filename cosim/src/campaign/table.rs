@@ -1,8 +1,9 @@
 //! The table of a campaign: one row of CSV for each flight.
 
 use std::collections::HashMap;
-use std::fs::File;
-use std::io::Read as _;
+use std::fs::{File, Permissions};
+use std::io::{Read as _, Write as _};
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
 
 use hoverlock_reports::journal::{self, JournalError};
@@ -93,6 +94,24 @@ pub(super) fn append(table: &Path, row: &impl Serialize) -> Result<(), CampaignE
     journal::append(table, |is_empty| Ok(bytes(row, is_empty)?))
 }
 
+/// Replaces the table by these rows. It is complete at any time.
+pub(super) fn replace<'a, T: Serialize + 'a>(
+    table: &Path,
+    rows: impl Iterator<Item = &'a T>,
+) -> Result<(), CampaignError> {
+    let mut text = csv::Writer::from_writer(Vec::new());
+    rows.into_iter().try_for_each(|row| text.serialize(row))?;
+    let bytes = text.into_inner().map_err(|error| csv::Error::from(error.into_error()))?;
+    let folder = table.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let write = || -> std::io::Result<()> {
+        let mut file = tempfile::Builder::new().permissions(Permissions::from_mode(0o644)).tempfile_in(folder)?;
+        file.write_all(&bytes)?;
+        file.persist(table)?;
+        Ok(())
+    };
+    Ok(write().map_err(|source| JournalError::Write { path: table.into(), source })?)
+}
+
 fn bytes(row: &impl Serialize, with_header: bool) -> Result<Vec<u8>, csv::Error> {
     let mut rows = csv::WriterBuilder::new().has_headers(with_header).from_writer(Vec::new());
     rows.serialize(row)?;
@@ -128,5 +147,8 @@ mod tests {
             append(&table, &Row { name: "a".into(), rms_m: 0.1 }).unwrap();
             assert_eq!(read(&table, key).unwrap()["a"], Row { name: "a".into(), rms_m: 0.1 });
         }
+        let rows = ["b", "a"].map(|name| Row { name: name.into(), rms_m: 0.2 });
+        replace(&table, rows.iter()).unwrap();
+        assert_eq!(std::fs::read_to_string(&table).unwrap(), "name,rms_m\nb,0.2\na,0.2\n");
     }
 }

@@ -49,6 +49,11 @@ fn frame_count(seconds: f64) -> usize {
     (seconds * FRAME_RATE).round() as usize + 1
 }
 
+/// Returns the helicopter and the air of a hover.
+pub(super) fn setup(settings: &HoverSettings) -> Setup {
+    Setup { height: settings.height_m, gust_rms: settings.gusts_m_s, altitude: settings.altitude, ..Setup::default() }
+}
+
 /// Flies a hover over a scene that was loaded.
 pub(super) fn fly(
     settings: &HoverSettings,
@@ -57,13 +62,7 @@ pub(super) fn fly(
     monitor: &dyn Monitor,
 ) -> Result<HoverOutcome, HoverError> {
     let started = Instant::now();
-    let setup = Setup {
-        height: settings.height_m,
-        gust_rms: settings.gusts_m_s,
-        altitude: settings.altitude,
-        ..Setup::default()
-    };
-    setup.check()?;
+    let setup = setup(settings);
     let mut world = World::new(renderer, &setup, settings.scenario.optics(), FIELD_OF_VIEW_RANGE_DEG[1], settings.seed);
     let mut blind = Flight::new(&Setup { mode: Hold::ImuOnly, ..setup }, settings.seed);
     let mut running: Option<Chain> = None;
@@ -132,6 +131,7 @@ pub(super) fn fly(
             inertial: &samples,
             quality: output.line.quality,
             distance_m: outcome.rows.last().map(|row| row.displacement().norm()),
+            row: outcome.rows.last(),
         };
         monitor.frame(&progress).map_err(HoverError::Stopped)?;
     }

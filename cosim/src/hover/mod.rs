@@ -11,18 +11,20 @@ use std::path::{Path, PathBuf};
 
 use hoverlock_arm::arinc429::WordError;
 use hoverlock_design::{DesignPoint, KT27};
+use hoverlock_edss::camera::FRAME_SIZE;
 use hoverlock_edss::flight::{Altitude, SetupError};
 use hoverlock_edss::render::{RenderError, Renderer};
 use hoverlock_edss::scene::{Scene, SceneError};
+use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::orthophoto::ViewError;
 
 pub use checks::{MAX_LOSS_S, MAX_TILT_DEG};
 pub use outcome::HoverOutcome;
 pub use scenario::{CameraErrors, Event, Scenario, ScenarioError};
 pub use summary::{Row, Summary};
-pub use table::TABLE;
+pub use table::{TABLE, table};
 
-use crate::chain::{ChainError, FeatureSource, FlightProgram, check_choice};
+use crate::chain::{Chain, ChainError, FeatureSource, FlightProgram, check_choice};
 use crate::monitor::{BoxError, Monitor};
 
 /// Shortest and longest hover, s.
@@ -166,6 +168,12 @@ pub fn hover(settings: &HoverSettings, monitor: &dyn Monitor) -> Result<HoverOut
         Some(text) => parse_scene(text, &settings.scene)?,
         None => load_scene(&settings.scene)?,
     };
+    fly::setup(settings).check()?;
+    // A frame that shows nothing: a design that the camera's frames do not fit and a missing tool are reported before
+    // the scene is made, which takes seconds.
+    let (columns, rows) = FRAME_SIZE;
+    let (design, dark) = (&settings.design, Plane::filled(columns, rows, 0));
+    drop(Chain::start(settings.features, design, settings.flight_program, &dark, monitor)?);
     let step = monitor.long_step("making the scene");
     let renderer = Renderer::new(&scene, settings.seed)
         .map_err(|source| HoverError::Render { name: settings.scene.clone(), source })?;

@@ -136,7 +136,7 @@ impl HoverOutcome {
     /// # Errors
     /// A row cannot be written as CSV, which is a defect of this program.
     pub fn table(&self) -> Result<String, csv::Error> {
-        table::csv(&self.rows)
+        table::table(&self.rows)
     }
 
     /// Renders the hover as one HTML page. `command` is shown as its origin.

@@ -61,8 +61,11 @@ impl<'a> Record<'a> {
     }
 }
 
-/// Returns the rows as CSV with a header.
-pub(super) fn csv(rows: &[Row]) -> Result<String, csv::Error> {
+/// Returns rows of a hover as CSV with a header.
+///
+/// # Errors
+/// A value has no form in CSV, which is a defect of this program.
+pub fn table(rows: &[Row]) -> Result<String, csv::Error> {
     let mut truths = csv::Writer::from_writer(Vec::new());
     let mut records = csv::Writer::from_writer(Vec::new());
     for row in rows {

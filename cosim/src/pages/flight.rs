@@ -34,6 +34,8 @@ pub struct Flight<'a> {
     pub telemetry: String,
     /// Why the run fails; `None` if it passes.
     pub failure: Option<String>,
+    /// What the run has shown, in a sentence.
+    pub coverage: String,
     /// Number of clock cycles simulated; `None` without simulated hardware.
     pub cycles: Option<u64>,
     /// The frames in order.
@@ -205,6 +207,7 @@ mod tests {
             estimator: "host".into(),
             telemetry: "telemetry.csv".into(),
             failure: None,
+            coverage: "1 estimates in 3 frames; 1 of the 2 that floating point solves".into(),
             cycles: Some(12),
             frames: vec![
                 frame(&picture, "reference", None),
@@ -214,7 +217,7 @@ mod tests {
         };
         let page = html(&flight).unwrap();
         assert!(page.contains("hill &amp; dale") && page.contains("no texture") && page.contains("00 &lt;a&gt;.png"));
-        assert!(!page.contains("00 <a>.png"));
+        assert!(!page.contains("00 <a>.png") && page.contains("1 of the 2 that floating point solves"));
         // |(0.3, 0.4)|
         assert!(page.contains("0.500"), "the rms of the one error");
         // The inlier is drawn in the frame that has an estimate, and in no other.

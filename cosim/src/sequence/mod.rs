@@ -24,6 +24,9 @@ use crate::Monitor;
 
 /// File name of the telemetry in the folder.
 pub const TELEMETRY: &str = "telemetry.csv";
+
+/// File name of the first frame of a saved flight.
+pub const FIRST_FRAME: &str = "00000.png";
 /// File name of the samples of the inertial sensor in the folder.
 pub const INERTIAL: &str = "inertial.csv";
 /// File name of the homographies in the folder.
