@@ -1,5 +1,5 @@
-//! The smoothers in floating point side by side: the Gaussian, the first-order recursion of the hardware, and the smoother
-//! that the design names. They answer whether first order is enough on the pictures of a report.
+//! The smoothers in floating point side by side: the Gaussian, the first-order recursion of the hardware, and the
+//! smoother that the design names. They answer whether first order is enough on the pictures of a report.
 //!
 //! Features of two smoothers are compared at thresholds of the same rank, because their responses differ in amplitude.
 
