@@ -120,6 +120,15 @@ const FORCE_BIAS_SIGMA: f64 = 0.04;
 const GYRO_BIAS_WALK: f64 = 1e-4;
 /// Random walk of the bias of an accelerometer, m/s^2/sqrt(s).
 const FORCE_BIAS_WALK: f64 = 1e-3;
+/// Normalised innovation squared (NIS) above which the samples of the IMU contradict the pictures. With a sixteenth of the
+/// information its expectation is 6/16; the mean over a second was at most 0.5 in flights without a fault.
+const CONSISTENT_NIS: f64 = 0.6;
+/// Weight of a frame in the running NIS.
+const NIS_WEIGHT: f64 = 0.3;
+/// Share of the largest running NIS that remains after a frame: half after 2.3 s.
+const NIS_DECAY: f64 = 0.98;
+/// Largest factor of the variance with which biases walk.
+const MAX_WALK_FACTOR: f64 = 9e4;
 /// Time constant of the wander of the attitude reading, s.
 const WANDER_TIME_S: f64 = 10.0;
 /// Share of the variance of an attitude reading that is white.
@@ -203,6 +212,8 @@ pub struct Filter {
     rates: Vector3<f64>,
     /// The last prediction had no samples of the IMU.
     is_free: bool,
+    /// Running NIS of the sightings, and its largest value, which decays.
+    nis: [f64; 2],
     scratch: Scratch,
 }
 
@@ -232,6 +243,7 @@ impl Filter {
             withheld: [0.0; FREE_SIGMAS.len()],
             rates: Vector3::zeros(),
             is_free: true,
+            nis: [0.0; 2],
             scratch: Scratch::new(),
         }
     }
@@ -297,6 +309,7 @@ impl Filter {
     pub fn predict(&mut self, steps: impl Iterator<Item = Step>, sensors: &SensorErrors) {
         let (mut transition, mut noise, mut slope_noise) = (Vehicle::identity(), Vehicle::zeros(), 0.0);
         self.set_free(false);
+        let walk = self.walk_factor();
         self.has_rates = false;
         for step in steps {
             let h = step.seconds;
@@ -321,8 +334,8 @@ impl Filter {
             for (axis, reading) in attitude_errors(sensors).into_iter().enumerate() {
                 noise[(VELOCITY + axis, VELOCITY + axis)] += FORCE_NOISE * FORCE_NOISE * h;
                 noise[(ROTATION + axis, ROTATION + axis)] += GYRO_NOISE * GYRO_NOISE * h;
-                noise[(GYRO_BIAS + axis, GYRO_BIAS + axis)] += GYRO_BIAS_WALK * GYRO_BIAS_WALK * h;
-                noise[(FORCE_BIAS + axis, FORCE_BIAS + axis)] += FORCE_BIAS_WALK * FORCE_BIAS_WALK * h;
+                noise[(GYRO_BIAS + axis, GYRO_BIAS + axis)] += GYRO_BIAS_WALK * GYRO_BIAS_WALK * h * walk;
+                noise[(FORCE_BIAS + axis, FORCE_BIAS + axis)] += FORCE_BIAS_WALK * FORCE_BIAS_WALK * h * walk;
                 noise[(WANDER + axis, WANDER + axis)] += reading * reading * (1.0 - decay * decay);
             }
             // Other ground has another slope.
@@ -340,6 +353,18 @@ impl Filter {
             let walked = self.at(i, i) + variance * slope_noise;
             self.covariance[i * (STATES + 1)] = self.at(i, i).max(walked.min(variance));
         }
+    }
+
+    /// Returns the factor of the variance with which biases walk: a bias that steps makes innovations persist.
+    fn walk_factor(&self) -> f64 {
+        let ratio = (self.nis[0] / CONSISTENT_NIS).max(1.0);
+        let square = ratio * ratio;
+        (square * square * square).min(MAX_WALK_FACTOR)
+    }
+
+    /// Returns the factor of standard errors that the innovations of the last seconds demand, at least 1.
+    pub fn inconsistency(&self) -> f64 {
+        (self.nis[1] / CONSISTENT_NIS).max(1.0).sqrt()
     }
 
     /// Changes the prior to that of frames with or without samples of the IMU.

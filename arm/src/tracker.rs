@@ -19,7 +19,8 @@
 //! their median contradicts the range at the capture, the height is corrected.
 //!
 //! **Protection level.** The radius that the error of the displacement exceeds in one frame of 100 000 if errors are
-//! normal: `max(0.05 m, 4.8 s + 0.02 |d|)`, with `s` the standard error along the worse direction and `d` the
+//! normal: `max(0.05 m, 4.8 s + 0.02 |d|)`, with `s` the standard error along the worse direction, which grows
+//! with the root of the running NIS of the last seconds, and `d` the
 //! displacement, whose scale has the error of the focal length.
 
 use crate::filter::{Filter, MAX_KEYFRAMES, Sighting, Step};
@@ -467,7 +468,8 @@ impl Tracker {
         if sigma > MAX_STANDARD_ERROR_M.max(MAX_RELATIVE_ERROR.hypot(heading) * moved.xy().norm()) {
             return Err(Reason::Uncertain(sigma));
         }
-        let protection = (PROTECTION_SIGMAS * sigma + PROTECTION_SCALE * moved.xy().norm()).max(MIN_PROTECTION_LEVEL_M);
+        let normal = PROTECTION_SIGMAS * sigma * filter.inconsistency();
+        let protection = (normal + PROTECTION_SCALE * moved.xy().norm()).max(MIN_PROTECTION_LEVEL_M);
         let attitude = Attitude::of_rotation(&filter.pose.rotation);
         Ok(Estimate {
             x_e_m: moved.x,

@@ -1,7 +1,7 @@
 //! The update by sightings of landmarks, with the letters of the [parent](super).
 
 use super::projection::PairState;
-use super::{CELLS, Filter, PAIR, STATES, pair_states};
+use super::{CELLS, Filter, NIS_DECAY, NIS_WEIGHT, PAIR, STATES, pair_states};
 use hoverlock_reference::motion::orthophoto::Camera;
 use nalgebra::{Matrix2, Matrix6, SMatrix, Vector2, Vector6};
 
@@ -168,7 +168,9 @@ impl Filter {
         let inliers = sightings.iter().filter(|sighting| sighting.is_inlier()).count();
         let is_applied = innovation <= MAX_INNOVATION_CHI2 && inliers >= min_inliers;
         if is_applied {
+            let before = self.relative_covariance(k);
             self.apply(&states)?;
+            self.monitor(k, &change, &before);
         }
         Some(Fitted { innovation, inliers, is_applied })
     }
@@ -179,12 +181,34 @@ impl Filter {
         if self.is_free { LOSS_CHI2 * LOSS_SCALE_RATIO.powi(coarse as i32) } else { LOSS_CHI2 }
     }
 
+    /// Returns the covariance of the relative pose.
+    fn relative_covariance(&self, k: usize) -> Matrix6<f64> {
+        let pair = self.pair_covariance(k);
+        Matrix6::from_fn(|i, j| pair[(i, j)] - pair[(i, 6 + j)] - pair[(6 + i, j)] + pair[(6 + i, 6 + j)])
+    }
+
+    /// Updates the running NIS: a change of the relative pose over the covariance that the update removed.
+    fn monitor(&mut self, k: usize, change: &[f64; PAIR], before: &Matrix6<f64>) {
+        if self.is_free {
+            return;
+        }
+        let relative = Vector6::from_fn(|i, _| change[i] - change[6 + i]);
+        let mut removed = before - self.relative_covariance(k);
+        for i in 0..6 {
+            // A millimetre, and a tenth of a milliradian.
+            removed[(i, i)] += if i < 3 { 1e-6 } else { 1e-8 };
+        }
+        let Some(inverse) = removed.try_inverse() else { return };
+        let nis = relative.dot(&(inverse * relative)).max(0.0);
+        let [running, largest] = &mut self.nis;
+        *running += (nis - *running) * NIS_WEIGHT;
+        *largest = (*largest * NIS_DECAY).max(*running);
+    }
+
     /// Returns chi squared of a change of the relative pose.
     fn innovation(&self, k: usize, change: &[f64; PAIR]) -> Option<f64> {
         let relative = Vector6::from_fn(|i, _| change[i] - change[6 + i]);
-        let pair = self.pair_covariance(k);
-        let mut covariance =
-            Matrix6::from_fn(|i, j| pair[(i, j)] - pair[(i, 6 + j)] - pair[(6 + i, j)] + pair[(6 + i, 6 + j)]);
+        let mut covariance = self.relative_covariance(k);
         for i in 0..6 {
             // A centimetre, and a tenth of a milliradian: the errors of pictures that no prediction knows.
             covariance[(i, i)] += if i < 3 { 1e-4 } else { 1e-8 };
