@@ -123,10 +123,6 @@ const FORCE_BIAS_WALK: f64 = 1e-3;
 /// Normalised innovation squared (NIS) above which the samples of the IMU contradict the pictures. With a sixteenth of the
 /// information its expectation is 6/16; the mean over a second was at most 0.5 in flights without a fault.
 const CONSISTENT_NIS: f64 = 0.6;
-/// Weight of a frame in the running NIS.
-const NIS_WEIGHT: f64 = 0.3;
-/// Share of the largest running NIS that remains after a frame: half after 2.3 s.
-const NIS_DECAY: f64 = 0.98;
 /// Largest factor of the variance with which biases walk.
 const MAX_WALK_FACTOR: f64 = 9e4;
 /// Time constant of the wander of the attitude reading, s.
@@ -214,6 +210,8 @@ pub struct Filter {
     is_free: bool,
     /// Running NIS of the sightings, and its largest value, which decays.
     nis: [f64; 2],
+    /// Running mean square of what residuals of a block of the picture have in common, px^2.
+    common: f64,
     scratch: Scratch,
 }
 
@@ -244,6 +242,7 @@ impl Filter {
             rates: Vector3::zeros(),
             is_free: true,
             nis: [0.0; 2],
+            common: 0.0,
             scratch: Scratch::new(),
         }
     }
@@ -362,9 +361,9 @@ impl Filter {
         (square * square * square).min(MAX_WALK_FACTOR)
     }
 
-    /// Returns the factor of standard errors that the innovations of the last seconds demand, at least 1.
+    /// Returns the factor of standard errors that innovations and residuals demand, at least 1.
     pub fn inconsistency(&self) -> f64 {
-        (self.nis[1] / CONSISTENT_NIS).max(1.0).sqrt()
+        ((self.nis[1] / CONSISTENT_NIS).max(1.0) * (self.common / sightings::COMMON_PX2).max(1.0)).sqrt()
     }
 
     /// Changes the prior to that of frames with or without samples of the IMU.

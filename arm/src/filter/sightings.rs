@@ -1,7 +1,7 @@
 //! The update by sightings of landmarks, with the letters of the [parent](super).
 
 use super::projection::PairState;
-use super::{CELLS, Filter, NIS_DECAY, NIS_WEIGHT, PAIR, STATES, pair_states};
+use super::{CELLS, Filter, PAIR, STATES, pair_states};
 use hoverlock_reference::motion::orthophoto::Camera;
 use nalgebra::{Matrix2, Matrix6, SMatrix, Vector2, Vector6};
 
@@ -21,6 +21,18 @@ const ITERATED_SIGHTINGS: usize = 128;
 const SIGHTING_WORK: usize = 40;
 /// Work units of an iteration besides.
 const ITERATION_WORK: usize = 40_000;
+/// Weight of a frame in the running NIS.
+const NIS_WEIGHT: f64 = 0.3;
+/// Share of the largest running NIS that remains after a frame: half after 2.3 s.
+const NIS_DECAY: f64 = 0.98;
+/// Mean square that the residuals of a block of the picture may have in common, px^2: 0.2 px. More is unmodelled relief.
+pub(super) const COMMON_PX2: f64 = 0.04;
+/// Weight of a frame in its running mean.
+const COMMON_WEIGHT: f64 = 0.1;
+/// Blocks of the picture across and down.
+const BLOCKS: [usize; 2] = [4, 3];
+/// Sightings that a block needs.
+const MIN_BLOCK_SIGHTINGS: f64 = 5.0;
 /// Scale of the Geman-McClure loss, in chi squared of two degrees of freedom.
 const LOSS_CHI2: f64 = 4.0;
 /// Ratio of the scales in successive iterations without samples of the IMU (graduated non-convexity, Blake and
@@ -171,6 +183,7 @@ impl Filter {
             let before = self.relative_covariance(k);
             self.apply(&states)?;
             self.monitor(k, &change, &before);
+            self.watch_blocks(cameras[1], sightings);
         }
         Some(Fitted { innovation, inliers, is_applied })
     }
@@ -203,6 +216,32 @@ impl Filter {
         let [running, largest] = &mut self.nis;
         *running += (nis - *running) * NIS_WEIGHT;
         *largest = (*largest * NIS_DECAY).max(*running);
+    }
+
+    /// Updates the mean square of what the residuals of a block of the picture have in common.
+    fn watch_blocks(&mut self, camera: &Camera, sightings: &[Sighting]) {
+        let last = camera.last_pixel();
+        let block =
+            |value: f64, side: f64, count: usize| ((value / (side + 1.0) * count as f64) as usize).min(count - 1);
+        let mut blocks = [(Vector2::zeros(), 0.0); BLOCKS[0] * BLOCKS[1]];
+        let (mut squares, mut inliers) = (0.0, 0.0);
+        for sighting in sightings.iter().filter(|sighting| sighting.is_inlier()) {
+            let at = &sighting.current;
+            let index = block(at.y, last.y, BLOCKS[1]) * BLOCKS[0] + block(at.x, last.x, BLOCKS[0]);
+            blocks[index].0 += sighting.residual;
+            blocks[index].1 += 1.0;
+            squares += sighting.residual.norm_squared() / 2.0;
+            inliers += 1.0;
+        }
+        let (mut sum, mut filled) = (0.0, 0.0);
+        for (total, count) in blocks.iter().filter(|(_, count)| *count >= MIN_BLOCK_SIGHTINGS) {
+            // Less what independent residuals have.
+            sum += (total / *count).norm_squared() / 2.0 - squares / inliers / count;
+            filled += 1.0;
+        }
+        if filled > 0.0 {
+            self.common += ((sum / filled).max(0.0) - self.common) * COMMON_WEIGHT;
+        }
     }
 
     /// Returns chi squared of a change of the relative pose.
