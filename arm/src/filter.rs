@@ -120,7 +120,7 @@ const FORCE_BIAS_SIGMA: f64 = 0.04;
 const GYRO_BIAS_WALK: f64 = 1e-4;
 /// Random walk of the bias of an accelerometer, m/s^2/sqrt(s).
 const FORCE_BIAS_WALK: f64 = 1e-3;
-/// Normalised innovation squared (NIS) above which the samples of the IMU contradict the pictures. With a sixteenth of the
+/// Normalised innovation squared (NIS) above which samples of the IMU contradict pictures. With a 16th of the
 /// information its expectation is 6/16; the mean over a second was at most 0.5 in flights without a fault.
 const CONSISTENT_NIS: f64 = 0.6;
 /// Largest factor of the variance with which biases walk.
