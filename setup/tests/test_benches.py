@@ -43,14 +43,15 @@ def test_the_bench_against_cocotb():
 
 def test_the_bench_of_accuracy():
     report = module("reference/benches/accuracy_report.py")
-    conditions = ["nominal", "gain", "noise", "blur", "mist .5", "mist .25", "combined", "altitude", "yaw", "drift", "relief", "narrow",
-                  "narrow noisy"]
-    number = dict.fromkeys(("first", "last", "localisation", "centre", "pose", "nees"), "0.5")
-    rows = [number | {"condition": condition, "method": method, "flight": "0"} for condition in conditions
-            for method in [*report.METHODS, "features"]]
-    values = report.values(rows, report.first(rows))
-    assert values["accuracy.methods.ORB.wide"] == 50 and values["accuracy.methods.flights"] == len(conditions)
-    assert_complete(values, "accuracy.methods", "accuracy.covariance")
+    conditions = ["nominal", "gain", "noise", "blur", "mist .5", "mist .25", "combined", "altitude", "yaw", "drift", "relief", "hover",
+                  "narrow", "narrow noisy"]
+    number = dict.fromkeys(("first", "last", "localisation", "centre", "nees"), "0.5")
+    rows = [number | {"condition": condition, "method": method, "refined": refined, "pose": pose} for condition in conditions
+            for method in report.METHODS for refined, pose in (("0", "0.5"), ("1", "0.25"))]
+    values = report.values(rows)
+    methods = values["accuracy.methods"]
+    assert (methods["ORB.wide"], methods["ORB.refined_wide"], methods["flights"]) == (50, 25, len(conditions))
+    assert_complete({f"{entry}.{name}": value for entry, named in values.items() for name, value in named.items()}, *values)
 
 
 @pytest.mark.parametrize("bench", ["small", "top"])

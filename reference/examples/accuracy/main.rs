@@ -1,31 +1,31 @@
-//! Accuracy of the whole estimator over simulated flights above real ground, beside other methods whose results are
-//! read from files.
+//! Accuracy of the whole estimator over simulated flights above pictures of ground, beside other methods whose results
+//! are read from files.
 //!
 //! ```text
-//! accuracy simulate TEXTURES FOLDER [EVERY]            frames of every flight, 16-bit PGM, and its name on stdout
-//! accuracy score TEXTURES FOLDER [EVERY [FLIGHTS]]     scores of this project's estimates and of the results in
-//! FOLDER,
-//!                                                      written to FOLDER/scores.csv
+//! accuracy simulate FOLDER EVERY FLIGHTS PICTURE..  frames of every flight, 16-bit PGM, and its name on stdout
+//! accuracy score FOLDER EVERY FLIGHTS PICTURE..     scores of this project's estimates and of the results in
+//!                                                   FOLDER, written to FOLDER/scores.csv
 //! ```
 //!
-//! Only every EVERY-th flight is used. FLIGHTS is the number of flights of each texture and condition; frames after the
-//! first flight are rendered in memory, and the other methods do not have them.
+//! Only every EVERY-th case of a picture is used. FLIGHTS is the number of flights of each picture and case.
 //!
 //! A method writes `NAME.METHOD.txt` for the flight `NAME`: `detect_ms match_ms features`, then nine numbers of the
-//! homography or `none`, then a line `x y x' y' inlier` for each first match. `benches/accuracy.py` does so with
-//! OpenCV, and calls both parts.
+//! homography or `none`, then a line `x y x' y' inlier` for each first match, the best first. `benches/accuracy.py`
+//! does so with OpenCV, and calls both parts. Each result is scored as it is and refined on the frames, all by the same
+//! refinement.
 
 mod conditions;
 mod scene;
 
-use conditions::{CASES, Case, is_tuning};
+use conditions::{CASES, Case, TUNING_PICTURES};
 use hoverlock_pictures::Picture;
 use hoverlock_reference::features::extractor::Selection;
 use hoverlock_reference::features::fast::FastExtractor;
 use hoverlock_reference::image::plane::Plane;
+use hoverlock_reference::motion::estimate::Estimate;
 use hoverlock_reference::motion::estimator::Estimator;
-use hoverlock_reference::motion::matching::matched_pairs;
-use hoverlock_reference::motion::model::{Pair, transfer};
+use hoverlock_reference::motion::matching::{Match, matched_pairs};
+use hoverlock_reference::motion::model::{Model, Pair, transfer};
 use hoverlock_reference::motion::{pose, refine};
 use nalgebra::{Matrix3, Vector2};
 use rayon::prelude::*;
@@ -39,7 +39,8 @@ use std::time::Instant;
 
 type Outcome<T> = Result<T, Box<dyn Error + Send + Sync>>;
 
-const METHODS: [&str; 5] = ["orb", "akaze", "brisk", "sift", "phase"];
+/// The other methods, by the end of the names of their result files.
+const OTHER_METHODS: [&str; 5] = ["orb", "akaze", "brisk", "sift", "klt"];
 
 /// Largest error of a correct match, px.
 const MAX_CORRECT_ERROR_PX: f64 = 2.0;
@@ -55,12 +56,11 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &[String]) -> Outcome<()> {
-    let [verb, textures, folder, rest @ ..] = arguments else {
-        return Err("usage: accuracy simulate|score TEXTURES FOLDER [EVERY [FLIGHTS]]".into());
+    let [verb, folder, every, flights, pictures @ ..] = arguments else {
+        return Err("usage: accuracy simulate|score FOLDER EVERY FLIGHTS PICTURE..".into());
     };
-    let number = |i: usize| rest.get(i).map_or(Ok(1), |n| n.parse::<usize>());
-    let (every, flights) = (number(0)?.max(1), number(1)?.max(1));
-    let runs = runs(Path::new(textures), every, flights)?;
+    let (every, flights) = (every.parse::<usize>()?.max(1), flights.parse::<usize>()?.max(1));
+    let runs = runs(pictures, every, flights);
     let folder = Path::new(folder);
     match verb.as_str() {
         "simulate" => {
@@ -76,41 +76,34 @@ fn run(arguments: &[String]) -> Outcome<()> {
     }
 }
 
-/// One texture under one condition.
+/// One flight over a picture under one case.
 struct Run {
-    texture: PathBuf,
+    picture: PathBuf,
     tuning: bool,
-    case: &'static Case,
+    case: Case,
+    /// Picture, case and seed.
     name: String,
-    /// Index among the flights of this texture and condition; other methods have index 0 only.
-    number: usize,
     seed: u64,
 }
 
-fn runs(textures: &Path, every: usize, flights: usize) -> Outcome<Vec<Run>> {
-    let mut files: Vec<PathBuf> = fs::read_dir(textures)
-        .map_err(|error| format!("{}: {error}", textures.display()))?
-        .filter_map(|entry| Some(entry.ok()?.path()))
-        .filter(|path| path.extension().is_some_and(|e| e == "png"))
-        .collect();
-    files.sort();
+fn runs(pictures: &[String], every: usize, flights: usize) -> Vec<Run> {
     let mut runs = Vec::new();
-    for (t, texture) in files.iter().enumerate() {
-        let stem = texture.file_stem().unwrap_or_default().to_string_lossy();
-        for (c, case) in CASES.iter().enumerate() {
-            // Alphabetical neighbours are in different halves and have the same conditions.
+    for (t, picture) in pictures.iter().map(PathBuf::from).enumerate() {
+        let stem = picture.file_stem().unwrap_or_default().to_string_lossy();
+        for (c, case) in CASES.into_iter().enumerate() {
+            // Neighbours have the same cases.
             if (c + t / 2) % every != 0 {
                 continue;
             }
             for number in 0..flights {
-                let seed = ((number * files.len() + t) * CASES.len() + c) as u64;
-                let suffix = if number == 0 { String::new() } else { format!(".{number}") };
-                let name = format!("{stem}.{}{suffix}", case.name.replace(' ', "_"));
-                runs.push(Run { texture: texture.clone(), tuning: is_tuning(t), case, name, number, seed });
+                let seed = ((number * pictures.len() + t) * CASES.len() + c) as u64;
+                let name = format!("{stem}.{}.{seed}", case.name.replace(' ', "_"));
+                let tuning = TUNING_PICTURES.contains(&&*stem);
+                runs.push(Run { picture: picture.clone(), tuning, case, name, seed });
             }
         }
     }
-    Ok(runs)
+    runs
 }
 
 impl Run {
@@ -120,7 +113,7 @@ impl Run {
 
     /// Renders REF and CUR.
     fn frames(&self) -> Outcome<[Plane<u16>; 2]> {
-        let texture = Picture::open(&self.texture)?.luma;
+        let texture = Picture::open(&self.picture)?.luma;
         let flight = self.flight();
         // One texel is one pixel at the nominal height.
         let texel = 100.0 / flight.poses[0].camera.focal();
@@ -152,44 +145,38 @@ impl Run {
 }
 
 /// The result of a method for two frames.
+#[derive(Clone)]
 struct MethodResult {
     detect_ms: f64,
     match_ms: f64,
     first: Vec<Pair>,
-    /// Inlier pairs of the motion.
-    last: Vec<Pair>,
-    homography: Option<Matrix3<f64>>,
-    quality: u8,
+    estimate: Option<Estimate>,
 }
 
-/// Runs this project with refinement on the frames, and by features alone as the flight program does.
-fn hoverlock(reference: &Plane<u16>, current: &Plane<u16>, extractor: &mut FastExtractor) -> [MethodResult; 2] {
+impl MethodResult {
+    /// Refines the estimate on the frames.
+    fn refined(&self, reference: &Plane<u16>, current: &Plane<u16>) -> Self {
+        let start = Instant::now();
+        let max_squared_error = Estimator::default().ransac.max_squared_error;
+        let estimate = self.estimate.clone().map(|found| refine::refined(found, reference, current, max_squared_error));
+        let match_ms = self.match_ms + 1e3 * start.elapsed().as_secs_f64();
+        Self { detect_ms: self.detect_ms, match_ms, first: self.first.clone(), estimate }
+    }
+}
+
+/// Runs this project by features alone, as the flight program does.
+fn hoverlock(reference: &Plane<u16>, current: &Plane<u16>) -> Outcome<MethodResult> {
+    let mut extractor = FastExtractor::new(Selection::default())?;
     let estimator = Estimator::default();
     let start = Instant::now();
     let from = extractor.extract(reference);
     let detect_ms = 1e3 * start.elapsed().as_secs_f64();
     let to = extractor.extract(current);
     let first = estimator.matching.matches(&from, &to);
-    let first: Vec<Pair> = matched_pairs(&first, &from, &to).collect();
+    let first = matched_pairs(&first, &from, &to).collect();
     let start = Instant::now();
-    let max_squared_error = estimator.ransac.max_squared_error;
-    let alone = estimator.estimate(&from, &to).ok();
-    let alone_ms = 1e3 * start.elapsed().as_secs_f64();
-    let refined = alone.clone().map(|found| refine::refined(found, reference, current, max_squared_error));
-    let refined_ms = 1e3 * start.elapsed().as_secs_f64();
-    [(refined, refined_ms), (alone, alone_ms)].map(|(estimate, match_ms)| match estimate {
-        Some(estimate) => MethodResult {
-            detect_ms,
-            match_ms,
-            first: first.clone(),
-            last: estimate.inliers.iter().map(|&i| estimate.pairs[i]).collect(),
-            homography: Some(estimate.homography),
-            quality: estimate.quality,
-        },
-        None => {
-            MethodResult { detect_ms, match_ms, first: first.clone(), last: Vec::new(), homography: None, quality: 0 }
-        }
-    })
+    let estimate = estimator.estimate(&from, &to).ok();
+    Ok(MethodResult { detect_ms, match_ms: 1e3 * start.elapsed().as_secs_f64(), first, estimate })
 }
 
 /// Reads the result file of another method.
@@ -202,16 +189,27 @@ fn read(path: &Path) -> Outcome<MethodResult> {
         "none" => None,
         line => Some(Matrix3::from_row_slice(&numbers(line)?)),
     };
-    let (mut first, mut last) = (Vec::new(), Vec::new());
+    let (mut pairs, mut inliers) = (Vec::new(), Vec::new());
     for line in lines {
         let [x, y, u, v, inlier] = numbers(line)?[..] else { return Err("a match has five numbers".into()) };
-        let pair = Pair { reference: Vector2::new(x, y), current: Vector2::new(u, v) };
-        first.push(pair);
         if inlier > 0.0 {
-            last.push(pair);
+            inliers.push(pairs.len());
         }
+        pairs.push(Pair { reference: Vector2::new(x, y), current: Vector2::new(u, v) });
     }
-    Ok(MethodResult { detect_ms: head[0], match_ms: head[1], first, last, homography, quality: 255 })
+    let matches =
+        (0..pairs.len()).map(|i| Match { reference: i, current: i, distance: 0.0, response_difference: 0.0 }).collect();
+    let first = pairs.clone();
+    let estimate = homography.map(|homography| Estimate {
+        homography,
+        model: Model::Homography,
+        matches,
+        pairs,
+        inliers,
+        rms: 0.0,
+        quality: u8::MAX,
+    });
+    Ok(MethodResult { detect_ms: head[0], match_ms: head[1], first, estimate })
 }
 
 /// The scores of one method on one run.
@@ -227,7 +225,6 @@ struct Score {
     pose: Option<(f64, f64)>,
     detect_ms: f64,
     match_ms: f64,
-    quality: u8,
 }
 
 /// Scores a result against the truth.
@@ -235,24 +232,25 @@ fn judge(found: &MethodResult, flight: &Flight) -> Score {
     let error = |pair: &Pair| (flight.transfer(pair.reference) - pair.current).norm();
     let correct = |pairs: &[Pair]| pairs.iter().filter(|pair| error(pair) < MAX_CORRECT_ERROR_PX).count() as f64;
     let fraction = |pairs: &[Pair]| if pairs.is_empty() { 0.0 } else { correct(pairs) / pairs.len() as f64 };
-    let mut errors: Vec<f64> = found.last.iter().map(error).filter(|e| *e < MAX_CORRECT_ERROR_PX).collect();
+    let estimate = found.estimate.as_ref();
+    let last: Vec<Pair> = estimate.map_or_else(Vec::new, |e| e.inliers.iter().map(|&i| e.pairs[i]).collect());
+    let mut errors: Vec<f64> = last.iter().map(error).filter(|e| *e < MAX_CORRECT_ERROR_PX).collect();
     let centre = Vector2::new(WIDTH as f64 - 1.0, HEIGHT as f64 - 1.0) / 2.0;
-    let moved = found.homography.and_then(|h| transfer(&h, centre));
-    let pose = found.homography.and_then(|_| {
-        let pose = pose::fit(&flight.views[0], &flight.views[1], &SENSORS, &found.last, found.quality).ok()?;
+    let moved = estimate.and_then(|e| transfer(&e.homography, centre));
+    let pose = estimate.and_then(|e| {
+        let pose = pose::fit(&flight.views[0], &flight.views[1], &SENSORS, &last, e.quality).ok()?;
         let error = pose.displacement - flight.displacement();
         Some((error.norm(), error.dot(&(pose.covariance.try_inverse()? * error))))
     });
     Score {
         precision: fraction(&found.first),
         correct: correct(&found.first),
-        last_precision: fraction(&found.last),
+        last_precision: fraction(&last),
         localisation: median(&mut errors),
         centre: moved.map(|m| (m - flight.transfer(centre)).norm()),
         pose,
         detect_ms: found.detect_ms,
         match_ms: found.match_ms,
-        quality: found.quality,
     }
 }
 
@@ -261,58 +259,50 @@ fn median(values: &mut [f64]) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// Writes all scores, one line for each method and flight, which `benches/accuracy_report.py` reads.
-fn write_table(runs: &[Run], scores: &[Vec<Option<Score>>], path: &Path) -> Outcome<()> {
-    let names = "method,tuning,flight,condition,first,correct,last,localisation,centre,pose,nees,detect,match,quality";
-    let mut text = format!("{names}\n");
+/// Returns the lines of a flight in the table: each method as it is, and refined.
+fn lines(run: &Run, folder: &Path) -> Outcome<String> {
+    let flight = run.flight();
+    let [from, to] = run.paths(folder);
+    let [reference, current] = [Picture::open(from)?.luma, Picture::open(to)?.luma];
+    let mut results = vec![("hoverlock", hoverlock(&reference, &current)?)];
+    for method in OTHER_METHODS {
+        let path = folder.join(format!("{}.{method}.txt", run.name));
+        if path.exists() {
+            results.push((method, read(&path)?));
+        }
+    }
     let optional = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
-    for (run, scores) in runs.iter().zip(scores) {
-        for (method, s) in
-            ["hoverlock", "features"].iter().chain(&METHODS).zip(scores).filter_map(|(m, s)| Some((m, (*s)?)))
-        {
-            let (pose, nees) = (optional(s.pose.map(|p| p.0)), optional(s.pose.map(|p| p.1)));
+    let mut text = String::new();
+    for (method, found) in results {
+        for refined in [false, true] {
+            let s = judge(&if refined { found.refined(&reference, &current) } else { found.clone() }, &flight);
             writeln!(
                 text,
-                "{method},{},{},{},{},{},{},{},{},{pose},{nees},{},{},{}",
+                "{method},{},{},{},{},{},{},{},{},{},{},{},{}",
+                u8::from(refined),
                 u8::from(run.tuning),
-                run.number,
                 run.case.name,
                 s.precision,
                 s.correct,
                 s.last_precision,
                 s.localisation,
                 optional(s.centre),
+                optional(s.pose.map(|p| p.0)),
+                optional(s.pose.map(|p| p.1)),
                 s.detect_ms,
                 s.match_ms,
-                s.quality
             )?;
         }
     }
-    let part = path.with_extension("part");
-    fs::write(&part, text)?;
-    Ok(fs::rename(part, path)?)
+    Ok(text)
 }
 
+/// Writes all scores, one line for each method, refined or not, and flight. `benches/accuracy_report.py` reads them.
 fn score(runs: &[Run], folder: &Path) -> Outcome<()> {
-    let scores: Vec<Vec<Option<Score>>> = runs
-        .par_iter()
-        .map(|run| -> Outcome<Vec<Option<Score>>> {
-            let flight = run.flight();
-            let [from, to] = run.paths(folder);
-            let [reference, current] = if from.exists() && to.exists() {
-                [Picture::open(from)?.luma, Picture::open(to)?.luma]
-            } else {
-                run.frames()?
-            };
-            let mut extractor = FastExtractor::new(Selection::default())?;
-            let hoverlock = hoverlock(&reference, &current, &mut extractor);
-            let mut scores: Vec<_> = hoverlock.iter().map(|found| Some(judge(found, &flight))).collect();
-            for method in METHODS {
-                let path = folder.join(format!("{}.{method}.txt", run.name));
-                scores.push(path.exists().then(|| read(&path)).transpose()?.map(|found| judge(&found, &flight)));
-            }
-            Ok(scores)
-        })
-        .collect::<Outcome<_>>()?;
-    write_table(runs, &scores, &folder.join("scores.csv"))
+    let names = "method,refined,tuning,condition,first,correct,last,localisation,centre,pose,nees,detect,match";
+    let lines: Vec<String> = runs.par_iter().map(|run| lines(run, folder)).collect::<Outcome<_>>()?;
+    let path = folder.join("scores.csv");
+    let part = path.with_extension("part");
+    fs::write(&part, format!("{names}\n{}", lines.concat()))?;
+    Ok(fs::rename(part, path)?)
 }
