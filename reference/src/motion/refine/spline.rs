@@ -3,8 +3,8 @@
 //! This is the spline without its prefilter: it does not interpolate but smooths, by `[1 4 1] / 6` at `t = 0`. At a
 //! whole pixel its derivative is the central difference. Its advantage is what it does to a phase `t`: the frequency
 //! response of the weights is `sum_m sinc^4(w / 2 + pi m) exp(i (w + 2 pi m) t)`, so that low frequencies are shifted
-//! by exactly `t`. The error is of the order `(w / 2 pi)^4`; bilinear weights shift by `w^2 t (1 - t) (1 - 2 t) / 6` too
-//! little or too much. Unser, Aldroubi and Eden, 1993.
+//! by exactly `t`. The error is of the order `(w / 2 pi)^4`; bilinear weights shift by `w^2 t (1 - t) (1 - 2 t) / 6`
+//! too little or too much. Unser, Aldroubi and Eden, 1993.
 
 use crate::image::plane::Plane;
 use nalgebra::Vector2;
