@@ -427,6 +427,12 @@ mod tests {
         samples.clone().max().map_or(0.0, |max| f64::from(*max)) - samples.min().map_or(0.0, |min| f64::from(*min))
     }
 
+    /// Returns the samples at least `margin` px from every border.
+    fn away_from_borders(plane: &Plane<f64>, margin: usize) -> Plane<f64> {
+        let (width, height) = (plane.width() - 2 * margin, plane.height() - 2 * margin);
+        plane.crop(margin, margin, width, height).unwrap()
+    }
+
     /// Bound of the f64 rounding error: about 60 stages on values up to 2^16, each with an error of 2^-53, are 5e-10
     /// DN.
     const FLOAT: f64 = 1e-8;
@@ -466,9 +472,15 @@ mod tests {
             let levels = Levels::new(&with_bits(16)).unwrap();
             let same = |level| smoothed(&levels, level) == smoothed(&first_order, level);
             assert_eq!(Level::MODELS.map(same), [true, false, true, false, true], "{smoother}");
-            let ideal = smoothed(&levels, Level::Ideal);
-            let far = |levels: &Levels| largest(&ideal, &smoothed(levels, Level::Recursive));
-            assert!(far(&levels) < 0.3 * far(&first_order), "{smoother}: {}", far(&levels));
+            // A cascade repeats the last sample of its causal pass beyond the border, the ideal filter the last pixel:
+            // with noise they differ there by a multiple of what the approximations of the Gaussian do.
+            let inside = |level_of: &Levels, level| -> Vec<Plane<f64>> {
+                smoothed(level_of, level).iter().map(|plane| away_from_borders(plane, 28)).collect()
+            };
+            let ideal = inside(&levels, Level::Ideal);
+            let far = |levels: &Levels| largest(&ideal, &inside(levels, Level::Recursive));
+            let (near, first_order_far) = (far(&levels), far(&first_order));
+            assert!(near < 0.5 * first_order_far, "{smoother}: {near} DN, first-order {first_order_far} DN");
             let rounding = |bits| {
                 let levels = Levels::new(&with_bits(bits)).unwrap();
                 largest(&smoothed(&levels, Level::Recursive), &smoothed(&levels, Level::Quantised))
