@@ -32,7 +32,7 @@ def main() -> int:
         print(f"no scheduler at {arguments.scheduler}: {error}", file=sys.stderr)
         return 2
     with client:
-        if not client.scheduler_info()["workers"]:  # type: ignore[no-untyped-call]
+        if not client.scheduler_info()["workers"]:
             start = f"dask worker {arguments.scheduler}"
             print(f"# no workers at {arguments.scheduler} yet: the points wait; `{start}` starts one", flush=True)
         points = [line.rstrip("\n") for line in sys.stdin if line.strip()]

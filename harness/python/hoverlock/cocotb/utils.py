@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from functools import cached_property as lazy_property
+from functools import cached_property
 
 from ..deprecated import advise
 from ..utils import _UNITS
@@ -12,6 +12,18 @@ from ..utils import get_sim_time as _get_sim_time
 from .log import want_color_output
 
 __all__ = ["get_sim_steps", "get_sim_time", "get_time_from_sim_steps", "hexdiffs", "hexdump", "lazy_property", "want_color_output"]
+
+
+class lazy_property(cached_property):  # type: ignore[type-arg]
+    """A property that is computed on its first read and kept: ``functools.cached_property``.
+
+    >>> class Frame:
+    ...     @lazy_property
+    ...     def pixels(self):
+    ...         return 640 * 480
+    >>> Frame().pixels
+    307200
+    """
 
 
 def get_sim_time(unit: str = "step", *, units: str | None = None) -> float:
