@@ -26,7 +26,7 @@ COVERED := difference address_counter column_maximum decision cursor threshold w
 BENCH_PICTURES ?= $(PICTURES)/aloeL.jpg
 
 .PHONY: help demo test results checks lints arm-where-possible test-long fuzz measure bench bench-accuracy bench-harness bench-arm arm dist \
-    python-reference setup build suites wheel place
+    python-reference setup build modules suites wheel place
 
 help:
 	@echo "targets of make:"
@@ -36,7 +36,7 @@ help:
 ## simulate the Verilog on a photograph, write its quantisation report, fly a hover
 # The report has the simulation as its level `rtl`. The hover is ten seconds of a simulated helicopter. The photographs are linked as
 # out/pictures.
-demo: build
+demo: build modules
 	@mkdir -p out && ln -sfn $(PICTURES) out/pictures
 	$(HOVERLOCK) sim out/pictures/aero1.jpg
 	$(HOVERLOCK) report out/pictures/aero1.jpg --out out/demo
@@ -96,6 +96,11 @@ test-long: setup
 	HOVERLOCK_LONG_TESTS=1 $(PYTHON) -m pytest --quiet -rs harness/python/tests/test_side_by_side.py harness/python/tests/test_clean_venv.py
 	$(MAKE) --no-print-directory suites
 	$(PYTHON) setup/place.py --short
+
+## install the Python packages into .venv: test benches, the models, sweeps over Dask
+modules: setup
+	for package in harness/python python; do \
+	    VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --release --locked --manifest-path $$package/Cargo.toml || exit; done
 
 ## write the reference of the Python packages from their docstrings
 python-reference: setup
