@@ -43,10 +43,10 @@ pub struct MissionArgs {
     /// First seed; the rounds of the search use those that follow; for --objective hover. By default 1
     #[arg(long, value_name = "S", value_parser = clap::value_parser!(u64).range(..=u64::MAX / 2))]
     seed: Option<u64>,
-    /// Seeds of the last round, each over all scenes; for --objective hover. By default 2
+    /// Seeds of the round before the confirming flights, each over all scenes; for --objective hover. By default 2
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1000))]
     seeds: Option<u64>,
-    /// Duration of the flights of the last round, seconds; for --objective hover. By default 16
+    /// Duration of the longest flights, seconds; for --objective hover. By default 16
     #[arg(long, value_name = "T", value_parser = between(4.0, 3600.0))]
     seconds: Option<f64>,
 }
@@ -70,9 +70,9 @@ impl MissionArgs {
 
 /// The scenes of a search without `--scenes`.
 const SCENES: [&str; 3] = ["field", "helipad-in-mist", "town"];
-/// Number of seeds of the last round.
+/// Number of seeds of the round before the confirming flights.
 const SEEDS: u64 = 2;
-/// Duration of a flight of the last round, s.
+/// Duration of the longest flights, s.
 const SECONDS: f64 = 16.0;
 /// Time of a search, s.
 const BUDGET_S: u64 = 3600;

@@ -5,8 +5,9 @@
 //! two bounds forbids a design.
 //!
 //! It is a successive halving over flights ([`Plan`]): many designs on one short flight, the cheapest survivors on
-//! longer ones over all scenes, the last few on all flights. A design that fails a flight is out. Which designs are
-//! flown is chosen in three stages:
+//! longer ones over all scenes, the last few on long ones. A design that fails a flight is out. One that has passed is
+//! called the best only after at least [`CONFIRMING`] more flights, whose seeds no other round has: the survivors of
+//! few flights are those that the gusts of these flights favour. Which designs are flown is chosen in three stages:
 //!
 //! 1. [`Stage::Alone`]: each value of each key, all others as in the base design.
 //! 2. [`Stage::Together`]: combinations of values. Their distances are predicted from those of stage 1, and those
@@ -114,16 +115,19 @@ impl Budget {
 /// The flights of a search, in rounds. A design is flown on a round only after it has passed those before.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Plan {
-    /// The rounds: one short flight, longer flights over all scenes, long flights over all scenes and seeds.
+    /// The rounds: one short flight, longer flights over all scenes, long flights over all scenes and seeds, and those
+    /// that confirm the best design.
     pub rounds: Vec<Vec<Flight>>,
 }
 
 /// Shortest flight, s.
 const MIN_SECONDS: f64 = 1.0;
+/// Least number of flights that confirm the best design.
+pub const CONFIRMING: u64 = 20;
 
 impl Plan {
     /// Plans flights of at most `seconds` over scenes. No seed occurs in two rounds: `seed` is that of the first, and
-    /// the last round has `seeds` of them. The first round flies over `first`.
+    /// the third has `seeds` of them. The first round flies over `first`.
     pub fn new(scenes: &[Scene], first: &str, seed: u64, seeds: u64, seconds: f64) -> Self {
         let over_all = |seed: u64, seconds: f64| {
             let flight = move |scene: &Scene| Flight { scene: scene.name.clone(), seed, seconds };
@@ -131,19 +135,16 @@ impl Plan {
         };
         let part = |parts: f64| (seconds / parts).max(MIN_SECONDS);
         let short = Flight { scene: first.into(), seed, seconds: part(4.0) };
-        let last = (0..seeds).flat_map(|more| over_all(seed + 2 + more, seconds)).collect();
-        Self { rounds: vec![vec![short], over_all(seed + 1, part(2.0)).collect(), last] }
+        let long = |seeds: std::ops::Range<u64>| seeds.flat_map(|more| over_all(seed + 2 + more, seconds)).collect();
+        let confirming = CONFIRMING.div_ceil(scenes.len().max(1) as u64);
+        let rounds = vec![vec![short], over_all(seed + 1, part(2.0)).collect(), long(0..seeds)];
+        Self { rounds: rounds.into_iter().chain([long(seeds..seeds + confirming)]).collect() }
     }
 
     /// Returns all flights with the number of their round.
     pub(crate) fn flights(&self) -> Vec<(usize, Flight)> {
         let rounds = self.rounds.iter().enumerate();
         rounds.flat_map(|(round, flights)| flights.iter().map(move |flight| (round, flight.clone()))).collect()
-    }
-
-    /// Returns the duration of all flights together, s.
-    pub fn seconds(&self) -> f64 {
-        self.rounds.iter().flatten().map(|flight| flight.seconds).sum()
     }
 }
 
@@ -160,9 +161,9 @@ pub struct MissionTask<'a, E> {
     pub scenes: &'a [Scene],
     /// Seed of the first round; the others use those that follow.
     pub seed: u64,
-    /// Number of seeds in the last round.
+    /// Number of seeds in the third round.
     pub seeds: u64,
-    /// Duration of a flight of the last round, s.
+    /// Duration of a flight of the third and the last round, s.
     pub seconds: f64,
     /// A frame of each scene, on which the checks of the report are measured.
     pub subjects: &'a [Subject],
@@ -421,6 +422,7 @@ mod tests {
         assert_eq!(of(0), [("town", 5, 3.0)]);
         assert_eq!(of(1), [("field", 6, 6.0), ("town", 6, 6.0)]);
         assert_eq!(of(2), [("field", 7, 12.0), ("town", 7, 12.0), ("field", 8, 12.0), ("town", 8, 12.0)]);
-        assert_eq!(plan.seconds(), 63.0);
+        let confirming = of(3);
+        assert!(confirming.len() == 20 && confirming.iter().all(|(_, seed, s)| (9..19).contains(seed) && *s == 12.0));
     }
 }

@@ -21,7 +21,7 @@ use crate::space::Candidate;
 /// Number of flights at a time.
 const BATCH: usize = 4;
 /// Number of designs that are flown on each round before the cheapest survivors go on to the next.
-const WIDTHS: [usize; 3] = [8, 4, 2];
+const WIDTHS: [usize; 4] = [8, 4, 2, 1];
 /// Number of combinations that are flown.
 const TOGETHER: usize = 24;
 /// A value that flies no further from the target than this multiple of the budget, and fails nothing else, is combined
@@ -110,11 +110,13 @@ impl<E: From<CoefficientError> + Send> Search<'_, E> {
         let first = worst.map_or(String::new(), |index| self.flights[index].1.scene.clone());
         self.plan = Plan::new(self.task.scenes, &first, self.task.seed, self.task.seeds, self.task.seconds);
         self.flights = self.plan.flights();
-        self.fly(&[0], 0, true)?;
-        // Where the base fails, words cannot be judged: what passes there passes by chance.
-        if self.failure(0).is_some() {
-            self.decided = true;
-            return Ok(());
+        for round in [0, 3] {
+            self.fly(&[0], round, true)?;
+            // Where the base fails, words cannot be judged: what passes there passes by chance.
+            if self.failure(0).is_some() {
+                self.decided = true;
+                return Ok(());
+            }
         }
         self.best = Some(0);
         let alone = self.fly_alone()?;
@@ -547,7 +549,7 @@ mod tests {
         let keeps = |design: &DesignPoint| {
             found.plan.rounds.iter().flatten().all(|flight| found.budget.failure(&flown(design, flight)).is_none())
         };
-        assert!(best.status == Flown::Keeps && best.flights == 7 && keeps(&best.design));
+        assert!(best.status == Flown::Keeps && best.flights == 27 && keeps(&best.design));
         let unbuildable = |design: &DesignPoint| design.check_buildable().err().map(|error| error.to_string());
         let steps = space::steps(&best.design, &unbuildable);
         assert!(!steps.is_empty() && !steps.iter().any(keeps));
@@ -565,7 +567,7 @@ mod tests {
     #[test]
     fn a_stopped_search_has_the_best_so_far_and_does_not_call_it_decided() {
         let (found, flights) = searched(&Known::default(), &mut Known::default(), 10.0, 0);
-        assert_eq!((found.best().unwrap().name.as_str(), found.decided, flights), ("base", false, 7));
+        assert_eq!((found.best().unwrap().name.as_str(), found.decided, flights), ("base", false, 27));
         // What is cheaper is unknown, so no bound is said to bind.
         assert_eq!(found.binding, None);
     }
