@@ -7,12 +7,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow, bail};
-use clap::ValueHint;
+use clap::{ValueEnum, ValueHint};
 use hoverlock_design::{DesignPoint, KT27, smoother_names};
 use hoverlock_fixed_point::analysis::bounds::Bounds;
 use hoverlock_fixed_point::model::bit_true::BitTrue;
 use hoverlock_fixed_point::model::stages::StageCoefficients;
 use hoverlock_formal::claim::Claim;
+use hoverlock_formal::engine::Solver;
 use hoverlock_formal::prove::{Outcome, Place, Status, Task, run as prove};
 use hoverlock_formal::rounding::{self, Subject};
 use hoverlock_formal::shape::Shape;
@@ -29,6 +30,7 @@ use crate::design::verilog_of;
 use crate::output::{print, print_json, shown, verdict, write_file};
 
 mod coverage;
+mod second;
 
 /// Prove claims about the emitted Verilog, or about any Verilog with properties.
 ///
@@ -46,6 +48,7 @@ mod coverage;
 ///   hoverlock formal rounding saturation
 ///   hoverlock formal --coverage record_fifo --mutations 50 --seed 7
 ///   hoverlock formal --design three_scales
+///   hoverlock formal sequencer csr --solver z3
 ///   hoverlock formal --source my_fifo.v --properties my_fifo.sv --depth 12
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment)]
@@ -82,16 +85,35 @@ pub struct Args {
     /// Time limit of one solver query, seconds
     #[arg(long, value_name = "T", default_value = "600", value_parser = between(1.0, 86_400.0))]
     limit: f64,
+    /// The solver. With --table another one than yices adds its times beside those of yices
+    #[arg(long, value_enum, default_value = "yices", conflicts_with = "coverage")]
+    solver: SolverName,
     /// The folder for waveforms of violations
     #[arg(long, value_name = "DIR", default_value = "out/formal", value_hint = ValueHint::DirPath)]
     out: PathBuf,
     /// Write claims and results into this file, as Markdown
     #[arg(long, value_name = "FILE", conflicts_with = "source", value_hint = ValueHint::FilePath)]
     table: Option<PathBuf>,
-    /// One JSON object on stdout: results[] of name status pass seconds memory_mib detail trace replay steps,
-    /// not_stated[], proved failed
+    /// One JSON object on stdout: results[] of name status pass seconds processor_seconds memory_mib detail trace
+    /// replay steps, not_stated[], proved failed
     #[arg(long)]
     json: bool,
+}
+
+/// Names of the solvers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum SolverName {
+    Yices,
+    Z3,
+}
+
+impl From<SolverName> for Solver {
+    fn from(name: SolverName) -> Self {
+        match name {
+            SolverName::Yices => Self::Yices,
+            SolverName::Z3 => Self::Z3,
+        }
+    }
 }
 
 /// The JSON object of `--json`.
@@ -123,7 +145,8 @@ pub fn run(args: &Args) -> Result<Verdict> {
             tasks.extend((0..claim.mutants.len()).map(|at| (claim, Task::Mutant(at))));
         }
     }
-    let place = Place { sources: &sources, out: &args.out, limit: Duration::from_secs_f64(args.limit) };
+    let (limit, solver) = (Duration::from_secs_f64(args.limit), args.solver.into());
+    let place = Place { sources: &sources, out: &args.out, limit, solver };
     let mut results = all(&tasks, |(claim, task)| Ok(prove(claim, *task, &place)?), |outcome| outcome.name.clone())?;
     let design = rounding_design(&KT27)?;
     let mut answers = Vec::new();
@@ -131,7 +154,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
         let faults = if args.mutants { subject.faults().len() } else { 0 };
         for task in [Task::Proof, Task::Cover].into_iter().chain((0..faults).map(Task::Mutant)) {
             answers.push((subject, task));
-            results.push(rounding::run(&design, subject, task, &args.out)?);
+            results.push(rounding::run(&design, subject, task, solver, &args.out)?);
         }
     }
     let failed = results.iter().filter(|outcome| !outcome.pass).count();
@@ -139,7 +162,15 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let done = || tasks.iter().map(|(_, task)| task).chain(answers.iter().map(|(_, task)| task));
     let covers = done().filter(|task| matches!(task, Task::Cover)).count();
     let mutants = done().filter(|task| matches!(task, Task::Mutant(_))).count();
-    if let Some(file) = &args.table {
+    if let (Some(file), true) = (&args.table, solver != Solver::Yices) {
+        let again = Place { solver: Solver::Yices, ..place };
+        let proofs: Vec<&Claim> = claims.iter().collect();
+        let mut proofs = all(&proofs, |claim| Ok(prove(claim, Task::Proof, &again)?), |outcome| outcome.name.clone())?;
+        for &subject in &subjects {
+            proofs.push(rounding::run(&design, subject, Task::Proof, Solver::Yices, &args.out)?);
+        }
+        second::write(file, &proofs, &results, args.limit)?;
+    } else if let Some(file) = &args.table {
         let mut rows: Vec<Row> = claims.iter().map(Row::of_claim).collect();
         rows.extend(subjects.iter().map(|&subject| Row::of_subject(subject)));
         let done = tasks.iter().map(|(claim, task)| (claim.name.as_str(), *task));
@@ -148,6 +179,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
         if subjects.contains(&Subject::Rounding) {
             text += &format!("\n## Worst-case errors\n\n{}", rounding_table(&design)?);
         }
+        text += &second::section_of(file);
         text += &coverage::section_of(file);
         write_file(file, text.as_bytes())?;
     }
@@ -158,7 +190,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
             print(&line(outcome))?;
         }
         for name in &not_stated {
-            print(&format!("{name:<28} not stated: its wrapper has the word lengths of kt27, and the text differs\n"))?;
+            print(&format!("{name:<28} not stated for this Verilog: the claim is about the text of kt27\n"))?;
         }
         let summary = match results.iter().find(|outcome| !outcome.pass) {
             Some(first) => format!("{failed} of {} fail, the first: {}", results.len(), first.name),
@@ -191,6 +223,7 @@ fn shape(args: &Args) -> Result<Shape> {
         dog_bits: design.dog_bits,
         coefficients: design.look_ahead.iter().map(|stages| stages + 1).sum(),
         smoothers: smoother_names(design.smoothers()).iter().map(|&name| name.to_owned()).collect(),
+        look_ahead: design.look_ahead.clone(),
         ring_radii: design.ring_radii.clone(),
         candidate_queue: design.candidate_queue,
         record_fifo: design.record_fifo,
@@ -198,12 +231,9 @@ fn shape(args: &Args) -> Result<Shape> {
     })
 }
 
-/// Takes out the claims that are stated for the default design only and are about other text in this one, and returns
-/// their names.
+/// Takes out the claims that are not stated for this Verilog, and returns their names: those for the default design
+/// only if the text is another one, and those about a file beside the folder that is not there.
 fn take_not_stated(args: &Args, claims: &mut Vec<Claim>, sources: &Path) -> Result<Vec<String>> {
-    if args.design.is_none() {
-        return Ok(Vec::new());
-    }
     let originals = verilog(&KT27, None)?;
     let code = |path: &Path| {
         let text = std::fs::read_to_string(path).ok()?;
@@ -213,7 +243,11 @@ fn take_not_stated(args: &Args, claims: &mut Vec<Claim>, sources: &Path) -> Resu
         let original = originals.iter().find(|path| path.ends_with(file));
         original.is_some_and(|original| code(original).is_some() && code(original) == code(&sources.join(file)))
     };
-    let is_stated = |claim: &Claim| shipped::is_for_any_design(claim) || claim.sources.iter().all(is_same);
+    let is_there = |file: &String| !file.starts_with("../") || sources.join(file).is_file();
+    let is_stated = |claim: &Claim| {
+        let is_about_design = args.design.is_none() || shipped::is_for_any_design(claim);
+        claim.sources.iter().all(is_there) && (is_about_design || claim.sources.iter().all(is_same))
+    };
     let left: Vec<String> = claims.iter().filter(|claim| !is_stated(claim)).map(|claim| claim.name.clone()).collect();
     claims.retain(is_stated);
     Ok(left)
@@ -416,7 +450,7 @@ fn name_of(status: Status) -> String {
 
 /// Describes a result in one line, with its steps and traces below.
 fn line(outcome: &Outcome) -> String {
-    let Outcome { name, status, pass, seconds, memory_mib, detail, trace, replay, steps } = outcome;
+    let Outcome { name, status, pass, seconds, memory_mib, detail, trace, replay, steps, .. } = outcome;
     let status = name_of(*status);
     let mark = if *pass { "" } else { "FAIL " };
     let trace = trace.as_ref().map_or(String::new(), |path| format!("  {}", shown(path)));

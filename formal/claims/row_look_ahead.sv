@@ -5,7 +5,8 @@
 module row_look_ahead_stage #(parameter DISTANCE = 1) (
   input clock, input advance, input last, input load, input [17:0] x, input [17:0] delayed, input [17:0] p,
   input [17:0] q, input last_out, input load_out, input [6:0] remaining, input [17:0] border,
-  input [6:0] last_remaining, input [6:0] load_remaining
+  input [6:0] last_remaining, input [6:0] load_remaining, input [15:0] g, input [17:0] y, input [17:0] lerp_p,
+  input [17:0] lerp_q, input [15:0] lerp_g, input [17:0] lerp_y
 );
   // Steps since the start, and since the last sample of the row, both up to 64.
   reg [6:0] steps = 7'd0, since = 7'd64;
@@ -15,8 +16,15 @@ module row_look_ahead_stage #(parameter DISTANCE = 1) (
   reg [18 * DISTANCE - 1:0] samples;
   reg [6:0] since_load = 7'd64;
   reg seen_load = 0;
+  // The coefficient in the step of the last marker that left.
+  reg loaded = 0;
+  reg [15:0] frames_g;
   always @(posedge clock)
     if (advance) begin
+      if (load_out) begin
+        loaded <= 1;
+        frames_g <= g;
+      end
       if (steps != 7'd64) steps <= steps + 7'd1;
       samples <= {samples, x};
       if (last) begin
@@ -51,6 +59,8 @@ module row_look_ahead_stage #(parameter DISTANCE = 1) (
     load_counts: assert (seen_load ? load_remaining == (since_load < DISTANCE + 7'd4 ? DISTANCE + 7'd4 - since_load : 7'd0)
       : load_remaining + steps <= 7'd63 || load_remaining == 7'd0);
     load_leaves: assert (seen_load ? load_out == (since_load == DISTANCE + 7'd4) || since_load == 7'd1 : !load_out || steps < 7'd64);
+    coefficient_of_load: assert (!loaded || lerp_g == frames_g);
+    operands: assert (lerp_p == p && lerp_q == q && y == lerp_y);
     since_load_counts: assert (since_load >= 7'd1 && since_load <= 7'd64 && (seen_load || since_load == 7'd64));
     beyond: cover (stepped && seen && since == 7'd1 && p != q);
   end
@@ -59,12 +69,18 @@ endmodule
 module row_look_ahead_properties (input clock);
   (* anyseq *) reg advance, last, load;
   (* anyseq *) reg [17:0] x;
+  (* anyseq *) reg [15:0] g;
 
   wire last_out_0, load_out_0;
+  wire [17:0] y_0;
   row_look_ahead_0 dut_0 (
-    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .last_out(last_out_0),
-    .loads(load_out_0)
+    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .g(g), .y(y_0),
+    .last_out(last_out_0), .loads(load_out_0)
   );
+  (* hierconn *) wire [17:0] \dut_0.lerp.p ;
+  (* hierconn *) wire [17:0] \dut_0.lerp.q ;
+  (* hierconn *) wire [15:0] \dut_0.lerp.g ;
+  (* hierconn *) wire [17:0] \dut_0.lerp.y ;
   (* hierconn *) wire [17:0] \dut_0.border_p ;
   (* hierconn *) wire [17:0] \dut_0.border_q ;
   (* hierconn *) wire [17:0] \dut_0.sample_delay_y ;
@@ -76,14 +92,20 @@ module row_look_ahead_properties (input clock);
     .clock(clock), .advance(advance), .last(last), .load(load), .x(x), .delayed(\dut_0.sample_delay_y ),
     .p(\dut_0.border_p ), .q(\dut_0.border_q ), .last_out(last_out_0), .load_out(load_out_0),
     .remaining({6'd0, \dut_0.border.remaining }), .border(\dut_0.border.border ),
-    .last_remaining({4'd0, \dut_0.last_delay.remaining }), .load_remaining({4'd0, \dut_0.load_delay.remaining })
+    .last_remaining({4'd0, \dut_0.last_delay.remaining }), .load_remaining({4'd0, \dut_0.load_delay.remaining }), .g(g), .y(y_0),
+    .lerp_p(\dut_0.lerp.p ), .lerp_q(\dut_0.lerp.q ), .lerp_g(\dut_0.lerp.g ), .lerp_y(\dut_0.lerp.y )
   );
 
   wire last_out_1, load_out_1;
+  wire [17:0] y_1;
   row_look_ahead_1 dut_1 (
-    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .last_out(last_out_1),
-    .loads(load_out_1)
+    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .g(g), .y(y_1),
+    .last_out(last_out_1), .loads(load_out_1)
   );
+  (* hierconn *) wire [17:0] \dut_1.lerp.p ;
+  (* hierconn *) wire [17:0] \dut_1.lerp.q ;
+  (* hierconn *) wire [15:0] \dut_1.lerp.g ;
+  (* hierconn *) wire [17:0] \dut_1.lerp.y ;
   (* hierconn *) wire [17:0] \dut_1.border_p ;
   (* hierconn *) wire [17:0] \dut_1.border_q ;
   (* hierconn *) wire [17:0] \dut_1.sample_delay_y ;
@@ -95,14 +117,20 @@ module row_look_ahead_properties (input clock);
     .clock(clock), .advance(advance), .last(last), .load(load), .x(x), .delayed(\dut_1.sample_delay_y ),
     .p(\dut_1.border_p ), .q(\dut_1.border_q ), .last_out(last_out_1), .load_out(load_out_1),
     .remaining({5'd0, \dut_1.border.remaining }), .border(\dut_1.border.border ),
-    .last_remaining({4'd0, \dut_1.last_delay.remaining }), .load_remaining({4'd0, \dut_1.load_delay.remaining })
+    .last_remaining({4'd0, \dut_1.last_delay.remaining }), .load_remaining({4'd0, \dut_1.load_delay.remaining }), .g(g), .y(y_1),
+    .lerp_p(\dut_1.lerp.p ), .lerp_q(\dut_1.lerp.q ), .lerp_g(\dut_1.lerp.g ), .lerp_y(\dut_1.lerp.y )
   );
 
   wire last_out_2, load_out_2;
+  wire [17:0] y_2;
   row_look_ahead_2 dut_2 (
-    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .last_out(last_out_2),
-    .loads(load_out_2)
+    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .g(g), .y(y_2),
+    .last_out(last_out_2), .loads(load_out_2)
   );
+  (* hierconn *) wire [17:0] \dut_2.lerp.p ;
+  (* hierconn *) wire [17:0] \dut_2.lerp.q ;
+  (* hierconn *) wire [15:0] \dut_2.lerp.g ;
+  (* hierconn *) wire [17:0] \dut_2.lerp.y ;
   (* hierconn *) wire [17:0] \dut_2.border_p ;
   (* hierconn *) wire [17:0] \dut_2.border_q ;
   (* hierconn *) wire [17:0] \dut_2.sample_delay_y ;
@@ -114,14 +142,20 @@ module row_look_ahead_properties (input clock);
     .clock(clock), .advance(advance), .last(last), .load(load), .x(x), .delayed(\dut_2.sample_delay_y ),
     .p(\dut_2.border_p ), .q(\dut_2.border_q ), .last_out(last_out_2), .load_out(load_out_2),
     .remaining({4'd0, \dut_2.border.remaining }), .border(\dut_2.border.border ),
-    .last_remaining({4'd0, \dut_2.last_delay.remaining }), .load_remaining({4'd0, \dut_2.load_delay.remaining })
+    .last_remaining({4'd0, \dut_2.last_delay.remaining }), .load_remaining({4'd0, \dut_2.load_delay.remaining }), .g(g), .y(y_2),
+    .lerp_p(\dut_2.lerp.p ), .lerp_q(\dut_2.lerp.q ), .lerp_g(\dut_2.lerp.g ), .lerp_y(\dut_2.lerp.y )
   );
 
   wire last_out_3, load_out_3;
+  wire [17:0] y_3;
   row_look_ahead_3 dut_3 (
-    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .last_out(last_out_3),
-    .loads(load_out_3)
+    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .g(g), .y(y_3),
+    .last_out(last_out_3), .loads(load_out_3)
   );
+  (* hierconn *) wire [17:0] \dut_3.lerp.p ;
+  (* hierconn *) wire [17:0] \dut_3.lerp.q ;
+  (* hierconn *) wire [15:0] \dut_3.lerp.g ;
+  (* hierconn *) wire [17:0] \dut_3.lerp.y ;
   (* hierconn *) wire [17:0] \dut_3.border_p ;
   (* hierconn *) wire [17:0] \dut_3.border_q ;
   (* hierconn *) wire [17:0] \dut_3.sample_delay_y ;
@@ -133,14 +167,20 @@ module row_look_ahead_properties (input clock);
     .clock(clock), .advance(advance), .last(last), .load(load), .x(x), .delayed(\dut_3.sample_delay_y ),
     .p(\dut_3.border_p ), .q(\dut_3.border_q ), .last_out(last_out_3), .load_out(load_out_3),
     .remaining({3'd0, \dut_3.border.remaining }), .border(\dut_3.border.border ),
-    .last_remaining({3'd0, \dut_3.last_delay.remaining }), .load_remaining({3'd0, \dut_3.load_delay.remaining })
+    .last_remaining({3'd0, \dut_3.last_delay.remaining }), .load_remaining({3'd0, \dut_3.load_delay.remaining }), .g(g), .y(y_3),
+    .lerp_p(\dut_3.lerp.p ), .lerp_q(\dut_3.lerp.q ), .lerp_g(\dut_3.lerp.g ), .lerp_y(\dut_3.lerp.y )
   );
 
   wire last_out_4, load_out_4;
+  wire [17:0] y_4;
   row_look_ahead_4 dut_4 (
-    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .last_out(last_out_4),
-    .loads(load_out_4)
+    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .g(g), .y(y_4),
+    .last_out(last_out_4), .loads(load_out_4)
   );
+  (* hierconn *) wire [17:0] \dut_4.lerp.p ;
+  (* hierconn *) wire [17:0] \dut_4.lerp.q ;
+  (* hierconn *) wire [15:0] \dut_4.lerp.g ;
+  (* hierconn *) wire [17:0] \dut_4.lerp.y ;
   (* hierconn *) wire [17:0] \dut_4.border_p ;
   (* hierconn *) wire [17:0] \dut_4.border_q ;
   (* hierconn *) wire [17:0] \dut_4.sample_delay_y ;
@@ -152,14 +192,20 @@ module row_look_ahead_properties (input clock);
     .clock(clock), .advance(advance), .last(last), .load(load), .x(x), .delayed(\dut_4.sample_delay_y ),
     .p(\dut_4.border_p ), .q(\dut_4.border_q ), .last_out(last_out_4), .load_out(load_out_4),
     .remaining({2'd0, \dut_4.border.remaining }), .border(\dut_4.border.border ),
-    .last_remaining({2'd0, \dut_4.last_delay.remaining }), .load_remaining({2'd0, \dut_4.load_delay.remaining })
+    .last_remaining({2'd0, \dut_4.last_delay.remaining }), .load_remaining({2'd0, \dut_4.load_delay.remaining }), .g(g), .y(y_4),
+    .lerp_p(\dut_4.lerp.p ), .lerp_q(\dut_4.lerp.q ), .lerp_g(\dut_4.lerp.g ), .lerp_y(\dut_4.lerp.y )
   );
 
   wire last_out_5, load_out_5;
+  wire [17:0] y_5;
   row_look_ahead_5 dut_5 (
-    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .last_out(last_out_5),
-    .loads(load_out_5)
+    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .g(g), .y(y_5),
+    .last_out(last_out_5), .loads(load_out_5)
   );
+  (* hierconn *) wire [17:0] \dut_5.lerp.p ;
+  (* hierconn *) wire [17:0] \dut_5.lerp.q ;
+  (* hierconn *) wire [15:0] \dut_5.lerp.g ;
+  (* hierconn *) wire [17:0] \dut_5.lerp.y ;
   (* hierconn *) wire [17:0] \dut_5.border_p ;
   (* hierconn *) wire [17:0] \dut_5.border_q ;
   (* hierconn *) wire [17:0] \dut_5.sample_delay_y ;
@@ -171,7 +217,8 @@ module row_look_ahead_properties (input clock);
     .clock(clock), .advance(advance), .last(last), .load(load), .x(x), .delayed(\dut_5.sample_delay_y ),
     .p(\dut_5.border_p ), .q(\dut_5.border_q ), .last_out(last_out_5), .load_out(load_out_5),
     .remaining({1'd0, \dut_5.border.remaining }), .border(\dut_5.border.border ),
-    .last_remaining({1'd0, \dut_5.last_delay.remaining }), .load_remaining({1'd0, \dut_5.load_delay.remaining })
+    .last_remaining({1'd0, \dut_5.last_delay.remaining }), .load_remaining({1'd0, \dut_5.load_delay.remaining }), .g(g), .y(y_5),
+    .lerp_p(\dut_5.lerp.p ), .lerp_q(\dut_5.lerp.q ), .lerp_g(\dut_5.lerp.g ), .lerp_y(\dut_5.lerp.y )
   );
 
   // The end of a row, from the row cursor of the smoother to its first look-ahead stage, in smoothers of six stages.

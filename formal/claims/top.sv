@@ -94,6 +94,7 @@ module top_properties (input clock);
       // The assumption of claim `record_fifo`, here proved of the writer and the sequencer together.
       no_write_after_stall: assert (was_reset || !was_stalled || !\dut.core.extractor_write );
       never_full: assert (\dut.core.fifo.waiting <= `FIFO-2 && (was_reset || was_stalled || \dut.core.fifo.waiting <= `FIFO-3));
+      withdrawn: assert (!was_reset || !feature_valid);
       stall_reported: assert (\dut.core.fifo_stall == (\dut.core.fifo.waiting >= `FIFO-3));
       conserved: assert (inside == \dut.core.fifo.waiting + {9'd0, \dut.core.fifo.next_valid } + {9'd0, feature_valid});
       packets: assert (in_packet == \dut.core.fifo.in_packet );

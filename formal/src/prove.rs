@@ -7,7 +7,7 @@ use std::time::Duration;
 use serde::Serialize;
 
 use crate::claim::{Claim, Mutant};
-use crate::engine::{Answer, EngineError, Question, Solved, at_path, build_model, solve};
+use crate::engine::{Answer, EngineError, Question, Solved, Solver, at_path, build_model, solve};
 use crate::replay;
 
 /// The reason why a task has no result.
@@ -83,6 +83,8 @@ pub struct Outcome {
     pub pass: bool,
     /// Wall time of the solver, s.
     pub seconds: f64,
+    /// Processor time of the solver, s.
+    pub processor_seconds: f64,
     /// Peak memory of the solver, MiB.
     pub memory_mib: f64,
     /// Properties that failed, and the step.
@@ -95,7 +97,7 @@ pub struct Outcome {
     pub steps: Vec<String>,
 }
 
-/// The folders and the time limit for a task.
+/// The folders, the time limit and the solver for a task.
 #[derive(Debug, Clone, Copy)]
 pub struct Place<'a> {
     /// Folder of the Verilog sources that claims name.
@@ -104,6 +106,8 @@ pub struct Place<'a> {
     pub out: &'a Path,
     /// Time limit of each question to the solver.
     pub limit: Duration,
+    /// The solver.
+    pub solver: Solver,
 }
 
 /// A source file with a fault in it.
@@ -161,10 +165,11 @@ fn run_with(claim: &Claim, task: Task, changed: Option<&FaultySource>, place: &P
     let sources = prepare(claim, changed, place.sources, work.path())?;
     let system = build_model(claim, &sources, work.path()).map_err(wrong)?;
     let trace = work.path().join("trace.vcd");
-    let mut total = Solved { answer: Answer::Passed, time: Duration::ZERO, memory: 0 };
+    let mut total = Solved { answer: Answer::Passed, time: Duration::ZERO, processor: Duration::ZERO, memory: 0 };
     let mut put = |question| -> Result<Answer, ProveError> {
-        let solved = solve(&system, question, place.limit, &trace).map_err(wrong)?;
+        let solved = solve(place.solver, &system, question, place.limit, &trace).map_err(wrong)?;
         total.time += solved.time;
+        total.processor += solved.processor;
         total.memory = total.memory.max(solved.memory);
         Ok(solved.answer)
     };
@@ -219,8 +224,9 @@ fn run_with(claim: &Claim, task: Task, changed: Option<&FaultySource>, place: &P
         None
     };
     let (replay, steps) = replay.map_or((None, Vec::new()), |replay| (Some(replay.test), replay.steps));
-    let (seconds, memory_mib) = (total.time.as_secs_f64(), total.memory as f64 / 1024.0);
-    Ok(Outcome { name, status, pass, seconds, memory_mib, detail, trace: kept, replay, steps })
+    let [seconds, processor_seconds] = [total.time, total.processor].map(|time| time.as_secs_f64());
+    let memory_mib = total.memory as f64 / 1024.0;
+    Ok(Outcome { name, status, pass, seconds, processor_seconds, memory_mib, detail, trace: kept, replay, steps })
 }
 
 /// Returns the sources of a claim: the originals, or copies in `work` if they are observed, changed, cut or golden.
@@ -232,7 +238,8 @@ pub(crate) fn prepare(
 ) -> Result<Vec<PathBuf>, ProveError> {
     let wrong = |error| ProveError::Engine { claim: claim.name.clone(), error };
     let put = |name: &str, text: &str| {
-        let copy = work.join(name);
+        // A source may be beside the folder.
+        let copy = work.join(Path::new(name).file_name().unwrap_or_default());
         fs::write(&copy, text).map_err(at_path(&copy)).map_err(wrong)?;
         Ok(copy)
     };

@@ -155,9 +155,9 @@ impl Wrapper {
         let module = format!("ring_taps_{}", self.scale);
         let file = format!("{module}.v");
         let (name, statement) = if self.aligned {
-            for group in std::mem::take(&mut self.addresses).values() {
-                for pair in group.windows(2) {
-                    self.properties += &format!("    if (begun) assert ({}== {});\n", pair[0], pair[1]);
+            for (length, group) in std::mem::take(&mut self.addresses) {
+                for (at, pair) in group.windows(2).enumerate() {
+                    self.add_assert(&format!("aligned_{length}_{at}"), &format!("!begun || {}== {}", pair[0], pair[1]));
                     self.inside.push(format!("{}== {}", pair[0], pair[1]));
                 }
             }

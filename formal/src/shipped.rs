@@ -23,6 +23,7 @@ shipped![
     "row_look_ahead",
     "row_look_ahead_border",
     "frame_delay",
+    "coefficient_path",
     "address_counter",
     "delay",
     "column_memory",
@@ -31,6 +32,8 @@ shipped![
     "column_maximum",
     "decision",
     "cursor",
+    "tail_counter",
+    "eligible",
     "threshold",
     "record_limit",
     "candidate_queue",
@@ -41,18 +44,21 @@ shipped![
     "ring_comparator",
     "record_writer",
     "top",
+    "component",
 ];
 
 /// Claims whose wrappers have the word lengths, widths and names of the default design.
-const OF_DEFAULT_DESIGN: [&str; 8] = [
+const OF_DEFAULT_DESIGN: [&str; 10] = [
     "row_look_back",
     "row_look_ahead",
     "row_look_ahead_border",
     "frame_delay",
+    "coefficient_path",
     "delay",
     "column_memory",
     "unset_registers",
     "record_writer",
+    "component",
 ];
 
 /// Returns all claims about the emitted Verilog of the default design: those of `claims/`, the claim about connections,

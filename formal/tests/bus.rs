@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use hoverlock_formal::claim::Claim;
-use hoverlock_formal::engine::find_program;
+use hoverlock_formal::engine::{Solver, find_program};
 use hoverlock_formal::prove::{Outcome, Place, Status, Task, run};
 
 /// Returns `true` if Yosys and the solver are installed; `make test` installs them.
@@ -28,7 +28,12 @@ fn outcome(source: &str, properties: &str, task: Task, depth: u32) -> Outcome {
         ..Claim::default()
     };
     let out = folder.path().join("out");
-    run(&claim, task, &Place { sources: folder.path(), out: &out, limit: Duration::from_secs(120) }).unwrap()
+    run(
+        &claim,
+        task,
+        &Place { sources: folder.path(), out: &out, limit: Duration::from_secs(120), solver: Solver::default() },
+    )
+    .unwrap()
 }
 
 /// Asserts that `good` is proved with its covers, and that with `from` replaced by `to` the property whose name ends in

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use hoverlock_formal::engine::find_program;
+use hoverlock_formal::engine::{Solver, find_program};
 use hoverlock_formal::prove::{Place, Task, run};
 use hoverlock_formal::shipped;
 
@@ -16,7 +16,8 @@ fn bus_record_and_control_claims_are_proved_and_their_mutants_fail() {
     }
     let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("../rtl/verilog");
     let out = tempfile::tempdir().unwrap();
-    let place = Place { sources: &sources, out: out.path(), limit: Duration::from_secs(200) };
+    let place =
+        Place { sources: &sources, out: out.path(), limit: Duration::from_secs(200), solver: Solver::default() };
     let names =
         ["row_look_back", "sequencer", "record_fifo", "csr", "ring_comparator", "record_writer", "top", "wiring"];
     for claim in shipped::claims().unwrap().iter().filter(|claim| names.contains(&claim.name.as_str())) {

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use hoverlock_formal::claim::{Claim, Hole};
 use hoverlock_formal::coverage::{Campaign, Class, Mutation};
-use hoverlock_formal::engine::find_program;
+use hoverlock_formal::engine::{Solver, find_program};
 use hoverlock_formal::prove::Place;
 use hoverlock_formal::shipped;
 
@@ -13,7 +13,8 @@ use hoverlock_formal::shipped;
 fn survivors(claim: &Claim) -> Vec<Mutation> {
     let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("../rtl/verilog");
     let out = tempfile::tempdir().unwrap();
-    let place = Place { sources: &sources, out: out.path(), limit: Duration::from_secs(100) };
+    let place =
+        Place { sources: &sources, out: out.path(), limit: Duration::from_secs(100), solver: Solver::default() };
     let campaign = Campaign::new(claim, &place, 40, 1).unwrap();
     assert_eq!(campaign.mutations().len(), 40);
     let survives = |mutation: &&Mutation| campaign.classify(mutation).unwrap().0 == Class::Survivor;

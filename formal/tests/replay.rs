@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 use std::time::Duration;
 
-use hoverlock_formal::engine::find_program;
+use hoverlock_formal::engine::{Solver, find_program};
 use hoverlock_formal::prove::{Place, Task, run};
 use hoverlock_formal::shipped;
 
@@ -46,7 +46,7 @@ fn a_refuted_claim_is_listed_by_steps_and_replayed() {
     assert_eq!(good.matches("+ 19'd1").count(), 1);
     std::fs::write(folder.path().join("difference.v"), good.replace("+ 19'd1", "+ 19'd0")).unwrap();
     let out = folder.path().join("out");
-    let place = Place { sources: folder.path(), out: &out, limit: Duration::from_secs(120) };
+    let place = Place { sources: folder.path(), out: &out, limit: Duration::from_secs(120), solver: Solver::default() };
     let outcome = run(&claim, Task::Proof, &place).unwrap();
     assert!(!outcome.pass && outcome.detail.contains("response"), "{}", outcome.detail);
 

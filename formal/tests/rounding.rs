@@ -3,7 +3,7 @@
 use hoverlock_design::KT27;
 use hoverlock_fixed_point::analysis::worst_case::{largest_difference, rounding};
 use hoverlock_fixed_point::model::bit_true::BitTrue;
-use hoverlock_formal::engine::find_program;
+use hoverlock_formal::engine::{Solver, find_program};
 use hoverlock_formal::prove::{Status, Task};
 use hoverlock_formal::rounding::{Bounds, Design, Smoother, Subject, run};
 
@@ -39,7 +39,7 @@ fn a_dog_with_too_few_bits_fails_and_leaves_its_queries() {
         return;
     }
     let out = tempfile::tempdir().unwrap();
-    let outcome = |bits, subject, task| run(&design(bits), subject, task, out.path()).unwrap();
+    let outcome = |bits, subject, task| run(&design(bits), subject, task, Solver::default(), out.path()).unwrap();
     for task in [Task::Proof, Task::Cover] {
         let done = outcome(10, Subject::Rounding, task);
         assert!(done.pass && done.detail.is_empty(), "{done:?}");

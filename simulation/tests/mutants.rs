@@ -29,6 +29,7 @@ use harmless::{reason, reason_in_another_design};
 use hoverlock_design::{DesignPoint, KT27};
 use hoverlock_formal::{
     claim::Claim,
+    engine::Solver,
     prove::{FaultySource, Place, Status, holds_with},
     shipped,
 };
@@ -460,7 +461,12 @@ fn by_proof(sources: &[mutation::Source], mutant: &Mutant) -> String {
     let source = sources.iter().find(|source| source.module == mutant.module).unwrap();
     let fault = FaultySource { file: file.clone(), text: mutation::by_hand(source, mutant) };
     let out = tempfile::tempdir().unwrap();
-    let place = Place { sources: harmless::verilog(), out: out.path(), limit: Duration::from_secs(120) };
+    let place = Place {
+        sources: harmless::verilog(),
+        out: out.path(),
+        limit: Duration::from_secs(120),
+        solver: Solver::default(),
+    };
     let mut hold = Vec::new();
     let about = |claim: &&Claim| {
         // A claim that compares a module with its own text sees any fault, and says nothing.

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, bail};
 use hoverlock_formal::claim::{Claim, Hole};
 use hoverlock_formal::coverage::{Campaign, Class, MAX_MUTATIONS, Mutation};
+use hoverlock_formal::engine::Solver;
 use hoverlock_formal::prove::Place;
 use hoverlock_formal::rounding::Subject;
 use hoverlock_formal::shipped;
@@ -90,7 +91,8 @@ pub fn run(args: &Args) -> Result<Verdict> {
     for name in take_not_stated(args, &mut claims, &sources)? {
         say(&format!("{name}: not stated for this design"));
     }
-    let place = Place { sources: &sources, out: &args.out, limit: Duration::from_secs_f64(args.limit) };
+    let limit = Duration::from_secs_f64(args.limit);
+    let place = Place { sources: &sources, out: &args.out, limit, solver: Solver::Yices };
     let mut scores = Vec::new();
     for claim in &claims {
         let score = score(claim, &args.drawing, &place)?;

@@ -4,6 +4,7 @@ use std::{path::Path, sync::LazyLock, time::Duration};
 
 use hoverlock_formal::{
     claim::Claim,
+    engine::Solver,
     prove::{FaultySource, Place, Status, Task, holds_with, run},
     shipped,
 };
@@ -202,7 +203,8 @@ fn equivalent(sources: &[Source], mutant: &Mutant) -> Option<String> {
 /// instance and any state that a reset may leave, its proof is that without the fault.
 fn holds(claim: &Claim, sources: &[Source], mutant: &Mutant) -> bool {
     let out = tempfile::tempdir().unwrap();
-    let place = Place { sources: verilog(), out: out.path(), limit: Duration::from_secs(600) };
+    let place =
+        Place { sources: verilog(), out: out.path(), limit: Duration::from_secs(600), solver: Solver::default() };
     let file = format!("{}.v", mutant.module);
     let proved = if claim.sources.contains(&file) {
         let Some(source) = sources.iter().find(|source| source.module == mutant.module) else { return false };
