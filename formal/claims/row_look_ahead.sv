@@ -77,10 +77,10 @@ module row_look_ahead_properties (input clock);
     .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .g(g), .y(y_0),
     .last_out(last_out_0), .loads(load_out_0)
   );
-  (* hierconn *) wire [17:0] \dut_0.lerp.p ;
-  (* hierconn *) wire [17:0] \dut_0.lerp.q ;
-  (* hierconn *) wire [15:0] \dut_0.lerp.g ;
-  (* hierconn *) wire [17:0] \dut_0.lerp.y ;
+  (* hierconn, keep *) wire [17:0] \dut_0.lerp.p ;
+  (* hierconn, keep *) wire [17:0] \dut_0.lerp.q ;
+  (* hierconn, keep *) wire [15:0] \dut_0.lerp.g ;
+  (* hierconn, keep *) wire [17:0] \dut_0.lerp.y ;
   (* hierconn *) wire [17:0] \dut_0.border_p ;
   (* hierconn *) wire [17:0] \dut_0.border_q ;
   (* hierconn *) wire [17:0] \dut_0.sample_delay_y ;
@@ -102,10 +102,10 @@ module row_look_ahead_properties (input clock);
     .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .g(g), .y(y_1),
     .last_out(last_out_1), .loads(load_out_1)
   );
-  (* hierconn *) wire [17:0] \dut_1.lerp.p ;
-  (* hierconn *) wire [17:0] \dut_1.lerp.q ;
-  (* hierconn *) wire [15:0] \dut_1.lerp.g ;
-  (* hierconn *) wire [17:0] \dut_1.lerp.y ;
+  (* hierconn, keep *) wire [17:0] \dut_1.lerp.p ;
+  (* hierconn, keep *) wire [17:0] \dut_1.lerp.q ;
+  (* hierconn, keep *) wire [15:0] \dut_1.lerp.g ;
+  (* hierconn, keep *) wire [17:0] \dut_1.lerp.y ;
   (* hierconn *) wire [17:0] \dut_1.border_p ;
   (* hierconn *) wire [17:0] \dut_1.border_q ;
   (* hierconn *) wire [17:0] \dut_1.sample_delay_y ;
@@ -127,10 +127,10 @@ module row_look_ahead_properties (input clock);
     .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .g(g), .y(y_2),
     .last_out(last_out_2), .loads(load_out_2)
   );
-  (* hierconn *) wire [17:0] \dut_2.lerp.p ;
-  (* hierconn *) wire [17:0] \dut_2.lerp.q ;
-  (* hierconn *) wire [15:0] \dut_2.lerp.g ;
-  (* hierconn *) wire [17:0] \dut_2.lerp.y ;
+  (* hierconn, keep *) wire [17:0] \dut_2.lerp.p ;
+  (* hierconn, keep *) wire [17:0] \dut_2.lerp.q ;
+  (* hierconn, keep *) wire [15:0] \dut_2.lerp.g ;
+  (* hierconn, keep *) wire [17:0] \dut_2.lerp.y ;
   (* hierconn *) wire [17:0] \dut_2.border_p ;
   (* hierconn *) wire [17:0] \dut_2.border_q ;
   (* hierconn *) wire [17:0] \dut_2.sample_delay_y ;
@@ -152,10 +152,10 @@ module row_look_ahead_properties (input clock);
     .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .g(g), .y(y_3),
     .last_out(last_out_3), .loads(load_out_3)
   );
-  (* hierconn *) wire [17:0] \dut_3.lerp.p ;
-  (* hierconn *) wire [17:0] \dut_3.lerp.q ;
-  (* hierconn *) wire [15:0] \dut_3.lerp.g ;
-  (* hierconn *) wire [17:0] \dut_3.lerp.y ;
+  (* hierconn, keep *) wire [17:0] \dut_3.lerp.p ;
+  (* hierconn, keep *) wire [17:0] \dut_3.lerp.q ;
+  (* hierconn, keep *) wire [15:0] \dut_3.lerp.g ;
+  (* hierconn, keep *) wire [17:0] \dut_3.lerp.y ;
   (* hierconn *) wire [17:0] \dut_3.border_p ;
   (* hierconn *) wire [17:0] \dut_3.border_q ;
   (* hierconn *) wire [17:0] \dut_3.sample_delay_y ;
@@ -177,10 +177,10 @@ module row_look_ahead_properties (input clock);
     .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .g(g), .y(y_4),
     .last_out(last_out_4), .loads(load_out_4)
   );
-  (* hierconn *) wire [17:0] \dut_4.lerp.p ;
-  (* hierconn *) wire [17:0] \dut_4.lerp.q ;
-  (* hierconn *) wire [15:0] \dut_4.lerp.g ;
-  (* hierconn *) wire [17:0] \dut_4.lerp.y ;
+  (* hierconn, keep *) wire [17:0] \dut_4.lerp.p ;
+  (* hierconn, keep *) wire [17:0] \dut_4.lerp.q ;
+  (* hierconn, keep *) wire [15:0] \dut_4.lerp.g ;
+  (* hierconn, keep *) wire [17:0] \dut_4.lerp.y ;
   (* hierconn *) wire [17:0] \dut_4.border_p ;
   (* hierconn *) wire [17:0] \dut_4.border_q ;
   (* hierconn *) wire [17:0] \dut_4.sample_delay_y ;
@@ -202,10 +202,10 @@ module row_look_ahead_properties (input clock);
     .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .g(g), .y(y_5),
     .last_out(last_out_5), .loads(load_out_5)
   );
-  (* hierconn *) wire [17:0] \dut_5.lerp.p ;
-  (* hierconn *) wire [17:0] \dut_5.lerp.q ;
-  (* hierconn *) wire [15:0] \dut_5.lerp.g ;
-  (* hierconn *) wire [17:0] \dut_5.lerp.y ;
+  (* hierconn, keep *) wire [17:0] \dut_5.lerp.p ;
+  (* hierconn, keep *) wire [17:0] \dut_5.lerp.q ;
+  (* hierconn, keep *) wire [15:0] \dut_5.lerp.g ;
+  (* hierconn, keep *) wire [17:0] \dut_5.lerp.y ;
   (* hierconn *) wire [17:0] \dut_5.border_p ;
   (* hierconn *) wire [17:0] \dut_5.border_q ;
   (* hierconn *) wire [17:0] \dut_5.sample_delay_y ;

@@ -74,10 +74,10 @@ module row_look_back_properties (input clock);
   (* hierconn *) wire [2:0] \dut_0.first_delay.delayed ;
   (* hierconn *) wire [2:0] \dut_0.load_delay.delayed ;
   (* hierconn *) wire [15:0] \dut_0.coefficient.g ;
-  (* hierconn *) wire [17:0] \dut_0.lerp.p ;
-  (* hierconn *) wire [17:0] \dut_0.lerp.q ;
-  (* hierconn *) wire [15:0] \dut_0.lerp.g ;
-  (* hierconn *) wire [17:0] \dut_0.lerp.y ;
+  (* hierconn, keep *) wire [17:0] \dut_0.lerp.p ;
+  (* hierconn, keep *) wire [17:0] \dut_0.lerp.q ;
+  (* hierconn, keep *) wire [15:0] \dut_0.lerp.g ;
+  (* hierconn, keep *) wire [17:0] \dut_0.lerp.y ;
   row_look_back_stage #(.DISTANCE(1)) stage_0 (
     .clock(clock), .advance(advance), .first(first), .load(load), .x(x), .delayed(\dut_0.sample_delay_y ),
     .p(\dut_0.border_p ), .q(\dut_0.border_q ), .first_out(first_out_0), .load_out(load_out_0),
@@ -101,10 +101,10 @@ module row_look_back_properties (input clock);
   (* hierconn *) wire [2:0] \dut_1.first_delay.delayed ;
   (* hierconn *) wire [2:0] \dut_1.load_delay.delayed ;
   (* hierconn *) wire [15:0] \dut_1.coefficient.g ;
-  (* hierconn *) wire [17:0] \dut_1.lerp.p ;
-  (* hierconn *) wire [17:0] \dut_1.lerp.q ;
-  (* hierconn *) wire [15:0] \dut_1.lerp.g ;
-  (* hierconn *) wire [17:0] \dut_1.lerp.y ;
+  (* hierconn, keep *) wire [17:0] \dut_1.lerp.p ;
+  (* hierconn, keep *) wire [17:0] \dut_1.lerp.q ;
+  (* hierconn, keep *) wire [15:0] \dut_1.lerp.g ;
+  (* hierconn, keep *) wire [17:0] \dut_1.lerp.y ;
   row_look_back_stage #(.DISTANCE(2)) stage_1 (
     .clock(clock), .advance(advance), .first(first), .load(load), .x(x), .delayed(\dut_1.sample_delay_y ),
     .p(\dut_1.border_p ), .q(\dut_1.border_q ), .first_out(first_out_1), .load_out(load_out_1),
@@ -128,10 +128,10 @@ module row_look_back_properties (input clock);
   (* hierconn *) wire [2:0] \dut_2.first_delay.delayed ;
   (* hierconn *) wire [2:0] \dut_2.load_delay.delayed ;
   (* hierconn *) wire [15:0] \dut_2.coefficient.g ;
-  (* hierconn *) wire [17:0] \dut_2.lerp.p ;
-  (* hierconn *) wire [17:0] \dut_2.lerp.q ;
-  (* hierconn *) wire [15:0] \dut_2.lerp.g ;
-  (* hierconn *) wire [17:0] \dut_2.lerp.y ;
+  (* hierconn, keep *) wire [17:0] \dut_2.lerp.p ;
+  (* hierconn, keep *) wire [17:0] \dut_2.lerp.q ;
+  (* hierconn, keep *) wire [15:0] \dut_2.lerp.g ;
+  (* hierconn, keep *) wire [17:0] \dut_2.lerp.y ;
   row_look_back_stage #(.DISTANCE(4)) stage_2 (
     .clock(clock), .advance(advance), .first(first), .load(load), .x(x), .delayed(\dut_2.sample_delay_y ),
     .p(\dut_2.border_p ), .q(\dut_2.border_q ), .first_out(first_out_2), .load_out(load_out_2),
@@ -155,10 +155,10 @@ module row_look_back_properties (input clock);
   (* hierconn *) wire [2:0] \dut_3.first_delay.delayed ;
   (* hierconn *) wire [2:0] \dut_3.load_delay.delayed ;
   (* hierconn *) wire [15:0] \dut_3.coefficient.g ;
-  (* hierconn *) wire [17:0] \dut_3.lerp.p ;
-  (* hierconn *) wire [17:0] \dut_3.lerp.q ;
-  (* hierconn *) wire [15:0] \dut_3.lerp.g ;
-  (* hierconn *) wire [17:0] \dut_3.lerp.y ;
+  (* hierconn, keep *) wire [17:0] \dut_3.lerp.p ;
+  (* hierconn, keep *) wire [17:0] \dut_3.lerp.q ;
+  (* hierconn, keep *) wire [15:0] \dut_3.lerp.g ;
+  (* hierconn, keep *) wire [17:0] \dut_3.lerp.y ;
   row_look_back_stage #(.DISTANCE(8)) stage_3 (
     .clock(clock), .advance(advance), .first(first), .load(load), .x(x), .delayed(\dut_3.sample_delay_y ),
     .p(\dut_3.border_p ), .q(\dut_3.border_q ), .first_out(first_out_3), .load_out(load_out_3),
@@ -182,10 +182,10 @@ module row_look_back_properties (input clock);
   (* hierconn *) wire [2:0] \dut_4.first_delay.delayed ;
   (* hierconn *) wire [2:0] \dut_4.load_delay.delayed ;
   (* hierconn *) wire [15:0] \dut_4.coefficient.g ;
-  (* hierconn *) wire [17:0] \dut_4.lerp.p ;
-  (* hierconn *) wire [17:0] \dut_4.lerp.q ;
-  (* hierconn *) wire [15:0] \dut_4.lerp.g ;
-  (* hierconn *) wire [17:0] \dut_4.lerp.y ;
+  (* hierconn, keep *) wire [17:0] \dut_4.lerp.p ;
+  (* hierconn, keep *) wire [17:0] \dut_4.lerp.q ;
+  (* hierconn, keep *) wire [15:0] \dut_4.lerp.g ;
+  (* hierconn, keep *) wire [17:0] \dut_4.lerp.y ;
   row_look_back_stage #(.DISTANCE(16)) stage_4 (
     .clock(clock), .advance(advance), .first(first), .load(load), .x(x), .delayed(\dut_4.sample_delay_y ),
     .p(\dut_4.border_p ), .q(\dut_4.border_q ), .first_out(first_out_4), .load_out(load_out_4),
@@ -209,10 +209,10 @@ module row_look_back_properties (input clock);
   (* hierconn *) wire [2:0] \dut_5.first_delay.delayed ;
   (* hierconn *) wire [2:0] \dut_5.load_delay.delayed ;
   (* hierconn *) wire [15:0] \dut_5.coefficient.g ;
-  (* hierconn *) wire [17:0] \dut_5.lerp.p ;
-  (* hierconn *) wire [17:0] \dut_5.lerp.q ;
-  (* hierconn *) wire [15:0] \dut_5.lerp.g ;
-  (* hierconn *) wire [17:0] \dut_5.lerp.y ;
+  (* hierconn, keep *) wire [17:0] \dut_5.lerp.p ;
+  (* hierconn, keep *) wire [17:0] \dut_5.lerp.q ;
+  (* hierconn, keep *) wire [15:0] \dut_5.lerp.g ;
+  (* hierconn, keep *) wire [17:0] \dut_5.lerp.y ;
   row_look_back_stage #(.DISTANCE(32)) stage_5 (
     .clock(clock), .advance(advance), .first(first), .load(load), .x(x), .delayed(\dut_5.sample_delay_y ),
     .p(\dut_5.border_p ), .q(\dut_5.border_q ), .first_out(first_out_5), .load_out(load_out_5),
