@@ -18,7 +18,7 @@ from typing import Any
 HERE = Path(__file__).resolve().parent
 PACKAGE = HERE.parent / "hoverlock"
 MODULES = [
-    "hoverlock", "hoverlock.bus", "hoverlock.runner", "hoverlock.stub", "hoverlock.log",
+    "hoverlock", "hoverlock.bus", "hoverlock.fault", "hoverlock.runner", "hoverlock.stub", "hoverlock.log",
     "hoverlock.unknown", "hoverlock.as_cocotb", "hoverlock.deprecated", "hoverlock.cocotb", "hoverlock.cocotb.binary", "hoverlock.cocotb.clock", "hoverlock.cocotb.decorators",
     "hoverlock.cocotb.handle", "hoverlock.cocotb.log", "hoverlock.cocotb.regression", "hoverlock.cocotb.result",
     "hoverlock.cocotb.runner", "hoverlock.cocotb.simulator", "hoverlock.cocotb.triggers", "hoverlock.cocotb.types",
