@@ -37,8 +37,8 @@ pub fn write(file: &Path, by_yices: &[Outcome], by_other: &[Outcome], limit: f64
         _ => "**not proved**".to_owned(),
     };
     let mut table = format!(
-        "{SECTION}\nWritten by `hoverlock formal --solver z3 --table formal/RESULTS.md`: processor time of both solvers \
-         for the same questions.\n\n| claim | Yices, s | Z3, s | memory of Z3, MiB |\n|---|---|---|---|\n"
+        "{SECTION}\nWritten by `hoverlock formal --solver z3 --table formal/RESULTS.md`: processor time of both \
+         solvers for the same questions.\n\n| claim | Yices, s | Z3, s | memory of Z3, MiB |\n|---|---|---|---|\n"
     );
     for own in by_yices {
         let Some(other) = by_other.iter().find(|other| other.name == own.name) else { continue };
