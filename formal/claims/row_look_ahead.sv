@@ -78,6 +78,12 @@ module row_look_ahead_properties (input clock);
     .last_out(last_out_0), .loads(load_out_0)
   );
   (* hierconn, keep *) wire [17:0] \dut_0.lerp.p ;
+  (* hierconn, keep *) wire \dut_0.lerp.advance ;
+  (* hierconn, keep *) wire [17:0] \dut_0.sample_delay.x ;
+  (* hierconn, keep *) wire \dut_0.sample_delay.advance ;
+  always @(posedge clock)
+    parts_0: assert (\dut_0.sample_delay.x == x && \dut_0.sample_delay.advance == advance
+      && \dut_0.lerp.advance == advance);
   (* hierconn, keep *) wire [17:0] \dut_0.lerp.q ;
   (* hierconn, keep *) wire [15:0] \dut_0.lerp.g ;
   (* hierconn, keep *) wire [17:0] \dut_0.lerp.y ;
@@ -103,6 +109,12 @@ module row_look_ahead_properties (input clock);
     .last_out(last_out_1), .loads(load_out_1)
   );
   (* hierconn, keep *) wire [17:0] \dut_1.lerp.p ;
+  (* hierconn, keep *) wire \dut_1.lerp.advance ;
+  (* hierconn, keep *) wire [17:0] \dut_1.sample_delay.x ;
+  (* hierconn, keep *) wire \dut_1.sample_delay.advance ;
+  always @(posedge clock)
+    parts_1: assert (\dut_1.sample_delay.x == x && \dut_1.sample_delay.advance == advance
+      && \dut_1.lerp.advance == advance);
   (* hierconn, keep *) wire [17:0] \dut_1.lerp.q ;
   (* hierconn, keep *) wire [15:0] \dut_1.lerp.g ;
   (* hierconn, keep *) wire [17:0] \dut_1.lerp.y ;
@@ -128,6 +140,12 @@ module row_look_ahead_properties (input clock);
     .last_out(last_out_2), .loads(load_out_2)
   );
   (* hierconn, keep *) wire [17:0] \dut_2.lerp.p ;
+  (* hierconn, keep *) wire \dut_2.lerp.advance ;
+  (* hierconn, keep *) wire [17:0] \dut_2.sample_delay.x ;
+  (* hierconn, keep *) wire \dut_2.sample_delay.advance ;
+  always @(posedge clock)
+    parts_2: assert (\dut_2.sample_delay.x == x && \dut_2.sample_delay.advance == advance
+      && \dut_2.lerp.advance == advance);
   (* hierconn, keep *) wire [17:0] \dut_2.lerp.q ;
   (* hierconn, keep *) wire [15:0] \dut_2.lerp.g ;
   (* hierconn, keep *) wire [17:0] \dut_2.lerp.y ;
@@ -153,6 +171,12 @@ module row_look_ahead_properties (input clock);
     .last_out(last_out_3), .loads(load_out_3)
   );
   (* hierconn, keep *) wire [17:0] \dut_3.lerp.p ;
+  (* hierconn, keep *) wire \dut_3.lerp.advance ;
+  (* hierconn, keep *) wire [17:0] \dut_3.sample_delay.x ;
+  (* hierconn, keep *) wire \dut_3.sample_delay.advance ;
+  always @(posedge clock)
+    parts_3: assert (\dut_3.sample_delay.x == x && \dut_3.sample_delay.advance == advance
+      && \dut_3.lerp.advance == advance);
   (* hierconn, keep *) wire [17:0] \dut_3.lerp.q ;
   (* hierconn, keep *) wire [15:0] \dut_3.lerp.g ;
   (* hierconn, keep *) wire [17:0] \dut_3.lerp.y ;
@@ -178,6 +202,12 @@ module row_look_ahead_properties (input clock);
     .last_out(last_out_4), .loads(load_out_4)
   );
   (* hierconn, keep *) wire [17:0] \dut_4.lerp.p ;
+  (* hierconn, keep *) wire \dut_4.lerp.advance ;
+  (* hierconn, keep *) wire [17:0] \dut_4.sample_delay.x ;
+  (* hierconn, keep *) wire \dut_4.sample_delay.advance ;
+  always @(posedge clock)
+    parts_4: assert (\dut_4.sample_delay.x == x && \dut_4.sample_delay.advance == advance
+      && \dut_4.lerp.advance == advance);
   (* hierconn, keep *) wire [17:0] \dut_4.lerp.q ;
   (* hierconn, keep *) wire [15:0] \dut_4.lerp.g ;
   (* hierconn, keep *) wire [17:0] \dut_4.lerp.y ;
@@ -203,6 +233,12 @@ module row_look_ahead_properties (input clock);
     .last_out(last_out_5), .loads(load_out_5)
   );
   (* hierconn, keep *) wire [17:0] \dut_5.lerp.p ;
+  (* hierconn, keep *) wire \dut_5.lerp.advance ;
+  (* hierconn, keep *) wire [17:0] \dut_5.sample_delay.x ;
+  (* hierconn, keep *) wire \dut_5.sample_delay.advance ;
+  always @(posedge clock)
+    parts_5: assert (\dut_5.sample_delay.x == x && \dut_5.sample_delay.advance == advance
+      && \dut_5.lerp.advance == advance);
   (* hierconn, keep *) wire [17:0] \dut_5.lerp.q ;
   (* hierconn, keep *) wire [15:0] \dut_5.lerp.g ;
   (* hierconn, keep *) wire [17:0] \dut_5.lerp.y ;

@@ -75,6 +75,12 @@ module row_look_back_properties (input clock);
   (* hierconn *) wire [2:0] \dut_0.load_delay.delayed ;
   (* hierconn *) wire [15:0] \dut_0.coefficient.g ;
   (* hierconn, keep *) wire [17:0] \dut_0.lerp.p ;
+  (* hierconn, keep *) wire \dut_0.lerp.advance ;
+  (* hierconn, keep *) wire [17:0] \dut_0.sample_delay.x ;
+  (* hierconn, keep *) wire \dut_0.sample_delay.advance ;
+  always @(posedge clock)
+    parts_0: assert (\dut_0.sample_delay.x == x && \dut_0.sample_delay.advance == advance
+      && \dut_0.lerp.advance == advance);
   (* hierconn, keep *) wire [17:0] \dut_0.lerp.q ;
   (* hierconn, keep *) wire [15:0] \dut_0.lerp.g ;
   (* hierconn, keep *) wire [17:0] \dut_0.lerp.y ;
@@ -102,6 +108,12 @@ module row_look_back_properties (input clock);
   (* hierconn *) wire [2:0] \dut_1.load_delay.delayed ;
   (* hierconn *) wire [15:0] \dut_1.coefficient.g ;
   (* hierconn, keep *) wire [17:0] \dut_1.lerp.p ;
+  (* hierconn, keep *) wire \dut_1.lerp.advance ;
+  (* hierconn, keep *) wire [17:0] \dut_1.sample_delay.x ;
+  (* hierconn, keep *) wire \dut_1.sample_delay.advance ;
+  always @(posedge clock)
+    parts_1: assert (\dut_1.sample_delay.x == x && \dut_1.sample_delay.advance == advance
+      && \dut_1.lerp.advance == advance);
   (* hierconn, keep *) wire [17:0] \dut_1.lerp.q ;
   (* hierconn, keep *) wire [15:0] \dut_1.lerp.g ;
   (* hierconn, keep *) wire [17:0] \dut_1.lerp.y ;
@@ -129,6 +141,12 @@ module row_look_back_properties (input clock);
   (* hierconn *) wire [2:0] \dut_2.load_delay.delayed ;
   (* hierconn *) wire [15:0] \dut_2.coefficient.g ;
   (* hierconn, keep *) wire [17:0] \dut_2.lerp.p ;
+  (* hierconn, keep *) wire \dut_2.lerp.advance ;
+  (* hierconn, keep *) wire [17:0] \dut_2.sample_delay.x ;
+  (* hierconn, keep *) wire \dut_2.sample_delay.advance ;
+  always @(posedge clock)
+    parts_2: assert (\dut_2.sample_delay.x == x && \dut_2.sample_delay.advance == advance
+      && \dut_2.lerp.advance == advance);
   (* hierconn, keep *) wire [17:0] \dut_2.lerp.q ;
   (* hierconn, keep *) wire [15:0] \dut_2.lerp.g ;
   (* hierconn, keep *) wire [17:0] \dut_2.lerp.y ;
@@ -156,6 +174,12 @@ module row_look_back_properties (input clock);
   (* hierconn *) wire [2:0] \dut_3.load_delay.delayed ;
   (* hierconn *) wire [15:0] \dut_3.coefficient.g ;
   (* hierconn, keep *) wire [17:0] \dut_3.lerp.p ;
+  (* hierconn, keep *) wire \dut_3.lerp.advance ;
+  (* hierconn, keep *) wire [17:0] \dut_3.sample_delay.x ;
+  (* hierconn, keep *) wire \dut_3.sample_delay.advance ;
+  always @(posedge clock)
+    parts_3: assert (\dut_3.sample_delay.x == x && \dut_3.sample_delay.advance == advance
+      && \dut_3.lerp.advance == advance);
   (* hierconn, keep *) wire [17:0] \dut_3.lerp.q ;
   (* hierconn, keep *) wire [15:0] \dut_3.lerp.g ;
   (* hierconn, keep *) wire [17:0] \dut_3.lerp.y ;
@@ -183,6 +207,12 @@ module row_look_back_properties (input clock);
   (* hierconn *) wire [2:0] \dut_4.load_delay.delayed ;
   (* hierconn *) wire [15:0] \dut_4.coefficient.g ;
   (* hierconn, keep *) wire [17:0] \dut_4.lerp.p ;
+  (* hierconn, keep *) wire \dut_4.lerp.advance ;
+  (* hierconn, keep *) wire [17:0] \dut_4.sample_delay.x ;
+  (* hierconn, keep *) wire \dut_4.sample_delay.advance ;
+  always @(posedge clock)
+    parts_4: assert (\dut_4.sample_delay.x == x && \dut_4.sample_delay.advance == advance
+      && \dut_4.lerp.advance == advance);
   (* hierconn, keep *) wire [17:0] \dut_4.lerp.q ;
   (* hierconn, keep *) wire [15:0] \dut_4.lerp.g ;
   (* hierconn, keep *) wire [17:0] \dut_4.lerp.y ;
@@ -210,6 +240,12 @@ module row_look_back_properties (input clock);
   (* hierconn *) wire [2:0] \dut_5.load_delay.delayed ;
   (* hierconn *) wire [15:0] \dut_5.coefficient.g ;
   (* hierconn, keep *) wire [17:0] \dut_5.lerp.p ;
+  (* hierconn, keep *) wire \dut_5.lerp.advance ;
+  (* hierconn, keep *) wire [17:0] \dut_5.sample_delay.x ;
+  (* hierconn, keep *) wire \dut_5.sample_delay.advance ;
+  always @(posedge clock)
+    parts_5: assert (\dut_5.sample_delay.x == x && \dut_5.sample_delay.advance == advance
+      && \dut_5.lerp.advance == advance);
   (* hierconn, keep *) wire [17:0] \dut_5.lerp.q ;
   (* hierconn, keep *) wire [15:0] \dut_5.lerp.g ;
   (* hierconn, keep *) wire [17:0] \dut_5.lerp.y ;
