@@ -10,7 +10,7 @@ use hoverlock_arm::message::{self, Command as Order, InertialSample, Telemetry};
 use hoverlock_design::KT27;
 use hoverlock_fixed_point::model::bit_true::BitTrue;
 use hoverlock_fixed_point::model::record::FeatureRecord;
-use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
+use hoverlock_fixed_point::model::threshold::ThresholdController;
 use hoverlock_pictures::{Picture, data_dir, demo_dir};
 use hoverlock_registers::record::TWO_PAIR_WORDS;
 use rand::{RngExt, SeedableRng};
@@ -212,7 +212,7 @@ fn picture() -> Result<Sample, Box<dyn Error>> {
     }
     let planes = BitTrue::new(&KT27)?.planes(&frame);
     let mut controller = ThresholdController::new(&KT27);
-    controller.settle(|thresholds| count_per_scale(&planes.features(thresholds)));
+    controller.settle(&planes.maxima());
     let thresholds = controller.thresholds().to_vec();
     let pixels = frame.as_slice().iter().flat_map(|sample| sample.to_le_bytes()).collect();
     let features = planes.features(&thresholds);

@@ -1,10 +1,10 @@
-//! Prints how two laws of the automatic threshold follow ten abrupt changes of the picture: `cargo run --release -p
+//! Prints how the automatic threshold follows ten abrupt changes of the picture: `cargo run --release -p
 //! hoverlock-fixed-point --example threshold_laws -- ../shared/data/textures [COUNTS.csv]`
 //!
-//! *Count* is [`ThresholdController`], the law of the hardware. *Distribution* is the law of
-//! `docs/decisions/032-threshold-from-a-histogram.md`, which the hardware does not have. Both see the same frames of
-//! the bit-true model, with noise of their own in each frame. With the second argument the features of each frame are
-//! written to that file.
+//! *Distribution* is [`ThresholdController`], the law of model and hardware. *Count* is the law before it, which
+//! `docs/decisions/032-threshold-from-a-histogram.md` compares with it and nothing else uses. Both see the same frames
+//! of the bit-true model, with noise of their own in each frame. With the second argument the features of each frame
+//! are written to that file.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -13,7 +13,7 @@ use std::path::Path;
 
 use hoverlock_design::{DesignPoint, KT27};
 use hoverlock_fixed_point::model::bit_true::BitTrue;
-use hoverlock_fixed_point::model::threshold::ThresholdController;
+use hoverlock_fixed_point::model::threshold::{Maxima, ThresholdController};
 use hoverlock_pictures::Picture;
 use hoverlock_pictures::conditions::{Condition, FOG, NOMINAL};
 use hoverlock_reference::image::plane::Plane;
@@ -76,58 +76,21 @@ const SEQUENCES: [(&str, [Part; 3]); 10] = [
     ),
 ];
 
-/// Responses of the local maxima of each scale pair, rising.
-type Maxima = Vec<Vec<u32>>;
-
-/// Returns the number of maxima that reach a threshold.
-fn reaching(maxima: &[u32], threshold: u32) -> u32 {
-    (maxima.len() - maxima.partition_point(|response| *response < threshold)) as u32
-}
-
-/// The distribution's law, as decision 032 defines it.
-struct Distribution {
-    target: u32,
-    max: u32,
-    floor: u32,
-}
-
-impl Distribution {
-    fn new(design: &DesignPoint) -> Self {
-        let floor = ((1u32 << design.dog_bits) >> 10).max(1);
-        Self { target: design.threshold.target, max: design.max_dog(), floor }
-    }
-
-    /// The lower edge of a bin: eight bins an octave from 8 on, single values below.
-    fn edge(bin: u32) -> u32 {
-        if bin < 8 { bin } else { (8 + bin % 8) << (bin / 8 - 1) }
-    }
-
-    fn next(&self, threshold: u32, maxima: &[u32]) -> u32 {
-        let (count, target) = (reaching(maxima, threshold), self.target);
-        if 8 * count.abs_diff(target) <= target {
-            return threshold;
-        }
-        let above = |bin: u32| reaching(maxima, Self::edge(bin));
-        let total = reaching(maxima, self.floor);
-        let wanted =
-            match (1..).take_while(|bin| Self::edge(*bin) <= self.max).filter(|bin| above(*bin) >= target).last() {
-                Some(bin) if total >= target => {
-                    let (surplus, inside) = (above(bin) - target, above(bin) - above(bin + 1));
-                    let quarters = (1..4).filter(|part| 4 * surplus >= part * inside).count() as u32;
-                    Self::edge(bin) + (((Self::edge(bin + 1) - Self::edge(bin)) * quarters) >> 2)
-                }
-                _ => self.floor,
-            };
-        let fall = if 8 * total < target { threshold >> 6 } else { threshold - (threshold >> 3) };
-        wanted.clamp(self.floor, self.max).max(threshold - fall)
+/// The law of the count: a step of an eighth up above 5/4 of the target, and down below 3/4.
+fn by_count(threshold: u32, maxima: &Maxima) -> u32 {
+    let (count, target, step) = (maxima.count(threshold), KT27.threshold.target, (threshold >> 3) + 1);
+    match count {
+        _ if 4 * count > 5 * target => (threshold + step).min(KT27.max_dog()),
+        _ if 4 * count < 3 * target => threshold.saturating_sub(step).max(1),
+        _ => threshold,
     }
 }
 
 /// A law: thresholds of the next frame from those of this one.
-type Law<'a> = &'a dyn Fn(&[u32], &Maxima) -> Vec<u32>;
+type Law<'a> = &'a dyn Fn(&[u32], &[Maxima]) -> Vec<u32>;
 
 /// The features of each scale pair, frame by frame, and the frames in which the picture changes.
-fn follow(views: &BTreeMap<String, Maxima>, parts: &[Part], law: Law<'_>) -> (Vec<Vec<u32>>, Vec<usize>) {
+fn follow(views: &BTreeMap<String, Vec<Maxima>>, parts: &[Part], law: Law<'_>) -> (Vec<Vec<u32>>, Vec<usize>) {
     let view = |part: &Part, frame: usize| &views[&key(part, frame % SEEDS)];
     let mut thresholds = vec![KT27.threshold.initial; KT27.pairs()];
     (0..200).for_each(|frame| thresholds = law(&thresholds, view(&parts[0], frame)));
@@ -136,8 +99,7 @@ fn follow(views: &BTreeMap<String, Maxima>, parts: &[Part], law: Law<'_>) -> (Ve
         changes.push(counts.len());
         for frame in 0..part.2 {
             let maxima = view(part, frame);
-            counts
-                .push(maxima.iter().zip(&thresholds).map(|(maxima, threshold)| reaching(maxima, *threshold)).collect());
+            counts.push(maxima.iter().zip(&thresholds).map(|(maxima, threshold)| maxima.count(*threshold)).collect());
             thresholds = law(&thresholds, maxima);
         }
     }
@@ -184,29 +146,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for part in SEQUENCES.iter().flat_map(|(_, parts)| parts) {
         for seed in 0..SEEDS {
             let Entry::Vacant(view) = views.entry(key(part, seed)) else { continue };
-            let planes = model.planes(&camera(Path::new(&folder), part, seed)?);
-            let mut maxima = vec![Vec::new(); KT27.pairs()];
-            for feature in planes.features(&vec![1; KT27.pairs()]) {
-                maxima[usize::from(feature.scale)].push(u32::from(feature.response));
-            }
-            maxima.iter_mut().for_each(|maxima| maxima.sort_unstable());
-            view.insert(maxima);
+            view.insert(model.planes(&camera(Path::new(&folder), part, seed)?).maxima());
         }
     }
-    let count: Law<'_> = &|thresholds, maxima| {
+    let count: Law<'_> =
+        &|thresholds, maxima| thresholds.iter().zip(maxima).map(|(t, maxima)| by_count(*t, maxima)).collect();
+    let distribution: Law<'_> = &|thresholds, maxima| {
         let mut control = ThresholdController::resumed(&KT27, thresholds);
-        let reach = |(maxima, threshold): (&Vec<u32>, &u32)| reaching(maxima, *threshold);
-        control.finish_frame(&maxima.iter().zip(thresholds).map(reach).collect::<Vec<_>>());
+        control.finish_frame(maxima);
         control.thresholds().to_vec()
-    };
-    let distribution = Distribution::new(&KT27);
-    let of_distribution: Law<'_> = &|thresholds, maxima| {
-        thresholds.iter().zip(maxima).map(|(threshold, maxima)| distribution.next(*threshold, maxima)).collect()
     };
     let mut csv = String::from("sequence,law,frame,features_0,features_1\n");
     println!("sequence | law | to 15 % | to 25 % | starved | overfull | most");
     for (title, parts) in SEQUENCES {
-        for (law, name) in [(count, "count"), (of_distribution, "distribution")] {
+        for (law, name) in [(count, "count"), (distribution, "distribution")] {
             let (counts, changes) = follow(&views, &parts, law);
             for (frame, counts) in counts.iter().enumerate() {
                 writeln!(csv, "{title},{name},{frame},{},{}", counts[0], counts[1])?;

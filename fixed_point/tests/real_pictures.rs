@@ -40,7 +40,7 @@ fn simd_and_bit_true_agree_on_every_texture_and_thresholds_settle() {
                 assert_eq!(portable.portable_frame(&frame, &thresholds), features, "{}", path.display());
                 assert!(*simd.planes() == planes && *portable.planes() == planes, "{}", path.display());
             }
-            controller.finish_frame(&count_per_scale(&features));
+            controller.finish_frame(&planes.maxima());
             if controller.thresholds() == thresholds {
                 settled = Some((round, thresholds, count_per_scale(&features)));
                 break;

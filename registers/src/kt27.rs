@@ -18,14 +18,14 @@ pub const VERSION_NUMBER: u32 = 0xffffffff;
 /// Byte address of `emission`.
 pub const EMISSION: u32 = 0x08;
 /// What `emission` reads in this hardware.
-pub const EMISSION_VALUE: u32 = 0x43692c16;
+pub const EMISSION_VALUE: u32 = 0x45f8bc56;
 /// Mask of `hash`: first 32 bits of the SHA-256 of the emitted Verilog (read).
 pub const EMISSION_HASH: u32 = 0xffffffff;
 /// Byte address of `control`.
 pub const CONTROL: u32 = 0x0c;
 /// Mask of `enable`: frames are accepted; otherwise whole frames are dropped (read, write).
 pub const CONTROL_ENABLE: u32 = 0x00000001;
-/// Mask of `automatic`: thresholds follow the feature count of the previous frame; part of the set (read, write).
+/// Mask of `automatic`: thresholds follow the responses of the previous frame; part of the set (read, write).
 pub const CONTROL_AUTOMATIC: u32 = 0x00000002;
 /// Mask of `interrupt_frame`: interrupt at the end of a frame (read, write).
 pub const CONTROL_INTERRUPT_FRAME: u32 = 0x00000004;

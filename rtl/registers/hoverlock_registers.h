@@ -13,14 +13,14 @@
 #define HOVERLOCK_VERSION_NUMBER_SHIFT 0
 #define HOVERLOCK_VERSION_NUMBER_MASK 0xffffffffu // major above minor, 16 bits each
 #define HOVERLOCK_EMISSION 0x08u
-#define HOVERLOCK_EMISSION_VALUE 0x43692c16u // what it reads
+#define HOVERLOCK_EMISSION_VALUE 0x45f8bc56u // what it reads
 #define HOVERLOCK_EMISSION_HASH_SHIFT 0
 #define HOVERLOCK_EMISSION_HASH_MASK 0xffffffffu // first 32 bits of the SHA-256 of the emitted Verilog
 #define HOVERLOCK_CONTROL 0x0cu
 #define HOVERLOCK_CONTROL_ENABLE_SHIFT 0
 #define HOVERLOCK_CONTROL_ENABLE_MASK 0x00000001u // frames are accepted; otherwise whole frames are dropped
 #define HOVERLOCK_CONTROL_AUTOMATIC_SHIFT 1
-#define HOVERLOCK_CONTROL_AUTOMATIC_MASK 0x00000002u // thresholds follow the feature count of the previous frame; part of the set
+#define HOVERLOCK_CONTROL_AUTOMATIC_MASK 0x00000002u // thresholds follow the responses of the previous frame; part of the set
 #define HOVERLOCK_CONTROL_INTERRUPT_FRAME_SHIFT 2
 #define HOVERLOCK_CONTROL_INTERRUPT_FRAME_MASK 0x00000004u // interrupt at the end of a frame
 #define HOVERLOCK_CONTROL_INTERRUPT_ERROR_SHIFT 3

@@ -36,8 +36,6 @@ constants! {
     PRODUCT_BITS = STATE_BITS + COEFFICIENT_BITS;
     /// Bits of a response and its sign.
     SIGNED_BITS = DOG_BITS + 1;
-    /// Bits of the step of a threshold.
-    CHANGE_BITS = DOG_BITS - 2;
     /// Bits of a column number.
     COLUMN_BITS = WIDTH.next_power_of_two().trailing_zeros() as usize;
     /// Words of a line memory.

@@ -74,7 +74,9 @@ wire window_cursor_first_row;
 wire window_cursor_last_row;
 wire eligible_eligible;
 wire [20:0] eligible_position;
+wire decision_0_maximum;
 wire decision_0_hit;
+wire decision_1_maximum;
 wire decision_1_hit;
 wire [14:0] controller_0_threshold;
 wire [19:0] controller_0_count;
@@ -248,6 +250,7 @@ decision decision_0 (
   .strict(scale_pair_0_strict),
   .loose(scale_pair_0_loose),
   .threshold(controller_0_threshold),
+  .maximum(decision_0_maximum),
   .hit(decision_0_hit)
 );
 
@@ -255,8 +258,11 @@ threshold controller_0 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
+  .enters(response_start_y),
   .start(window_start_y),
+  .maximum(decision_0_maximum),
   .hit(decision_0_hit),
+  .centre(scale_pair_0_centre[(32'h0)+:(15)]),
   .follow(smoothers_window_bank[32'h160]),
   .manual(smoothers_window_bank[(32'h130)+:(15)]),
   .target(smoothers_window_bank[(32'h150)+:(16)]),
@@ -273,6 +279,7 @@ decision decision_1 (
   .strict(scale_pair_1_strict),
   .loose(scale_pair_1_loose),
   .threshold(controller_1_threshold),
+  .maximum(decision_1_maximum),
   .hit(decision_1_hit)
 );
 
@@ -280,8 +287,11 @@ threshold controller_1 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
+  .enters(response_start_y),
   .start(window_start_y),
+  .maximum(decision_1_maximum),
   .hit(decision_1_hit),
+  .centre(scale_pair_1_centre[(32'h0)+:(15)]),
   .follow(smoothers_window_bank[32'h160]),
   .manual(smoothers_window_bank[(32'h140)+:(15)]),
   .target(smoothers_window_bank[(32'h150)+:(16)]),

@@ -1,4 +1,4 @@
-//! The expected values of the frames in order: planes, records, and the thresholds that follow the counts.
+//! The expected values of the frames in order: planes, records, and the thresholds that follow the responses.
 
 use std::{
     collections::VecDeque,
@@ -10,9 +10,7 @@ use hoverlock_fixed_point::model::bit_true::{BitTrue, Planes};
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
 use hoverlock_fixed_point::model::record::FeatureRecord;
 use hoverlock_fixed_point::model::record_limit::RecordLimit;
-use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
-
-use hoverlock_reference::features::feature::MAX_PAIRS;
+use hoverlock_fixed_point::model::threshold::{Maxima, ThresholdController};
 
 use crate::job::Job;
 
@@ -34,8 +32,8 @@ pub(super) struct Expectation<'a> {
     next: usize,
     /// The planes of the frame before, which the next one shares if it is the same picture.
     planes: Option<Arc<Planes>>,
-    /// Thresholds and counts of the frame before, if it was in automatic mode.
-    follows: Option<(Vec<u32>, [u32; MAX_PAIRS])>,
+    /// Thresholds and maxima of the frame before, if it was in automatic mode.
+    follows: Option<(Vec<u32>, Vec<Maxima>)>,
 }
 
 impl<'a> Expectation<'a> {
@@ -44,13 +42,13 @@ impl<'a> Expectation<'a> {
     }
 
     fn thresholds(&self, job: &Job) -> Vec<u32> {
-        let (Some(target), Some((thresholds, counts))) = (job.automatic, &self.follows) else {
+        let (Some(target), Some((thresholds, maxima))) = (job.automatic, &self.follows) else {
             return job.thresholds.iter().map(|threshold| (*threshold).max(1)).collect();
         };
         let mut design = self.model.design().clone();
         design.threshold.target = target;
         let mut control = ThresholdController::resumed(&design, thresholds);
-        control.finish_frame(counts);
+        control.finish_frame(maxima);
         control.thresholds().to_vec()
     }
 
@@ -75,7 +73,7 @@ impl Iterator for Expectation<'_> {
         let (max, height) = (self.model.design().max_dog(), job.pixels.height());
         let records = RecordLimit::sent(job.record_limit, &thresholds, max, height, &features);
         let withheld = features.len() - records.len();
-        let follows = || (thresholds.clone(), count_per_scale(&features));
+        let follows = || (thresholds.clone(), planes.maxima());
         self.follows = job.automatic.filter(|_| !job.is_lost()).map(|_| follows());
         self.planes = Some(planes.clone());
         self.next += 1;

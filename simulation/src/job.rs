@@ -19,7 +19,7 @@ pub struct Job {
     pub coefficients: Vec<u32>,
     /// `T_k`, one for each scale pair of the design; in automatic mode those of the first such frame.
     pub thresholds: Vec<u32>,
-    /// Automatic mode with this target: the thresholds follow the count of the previous frame.
+    /// Automatic mode with this target: the thresholds follow the responses of the previous frame.
     pub automatic: Option<u32>,
     /// Most features that the frame sends, 0 to 65535.
     pub record_limit: u32,

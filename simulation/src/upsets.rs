@@ -214,7 +214,7 @@ fn find_ready(model: &Model) -> Result<SignalId, ModelError> {
 
 impl Upsets {
     /// Runs the frames without a fault. All are of one size, in steps of the camera; their thresholds follow the
-    /// counts, from `thresholds` on, LSB of the response, as in flight. The simulator must be that of
+    /// responses, from `thresholds` on, LSB of the response, as in flight. The simulator must be that of
     /// [`Simulator::with_registers`].
     ///
     /// # Errors

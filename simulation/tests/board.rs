@@ -5,7 +5,7 @@ use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_fixed_point::model::record::FeatureRecord;
 use hoverlock_fixed_point::model::record_limit::RecordLimit;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
-use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
+use hoverlock_fixed_point::model::threshold::ThresholdController;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_simulation::board::{Driver, RegisterPort};
 use hoverlock_simulation::{SimulationError, Simulator, Trace};
@@ -31,14 +31,14 @@ fn records(design: &DesignPoint, bytes: &[u8]) -> (Vec<Vec<u32>>, Vec<u32>) {
 /// Records sent, number of features withheld, and thresholds of a frame.
 type Sent = (Vec<FeatureRecord>, usize, Vec<u32>);
 
-/// `bit_true` of the frames, the thresholds following the counts.
+/// `bit_true` of the frames, the thresholds following the responses.
 fn expected(design: &DesignPoint, frames: &[Plane<u16>], thresholds: &[u32], limit: u32) -> Vec<Sent> {
     let mut model = SimdBitTrue::new(design).unwrap();
     let mut control = ThresholdController::resumed(design, thresholds);
     let of_frame = |frame: &Plane<u16>| {
         let thresholds = control.thresholds().to_vec();
         let features = model.frame(frame, &thresholds).to_vec();
-        control.finish_frame(&count_per_scale(&features));
+        control.finish_frame(model.maxima());
         let records = RecordLimit::sent(limit, &thresholds, design.max_dog(), frame.height(), &features);
         let withheld = features.len() - records.len();
         (records, withheld, thresholds)

@@ -4,8 +4,10 @@ mod port_bench;
 
 use std::sync::LazyLock;
 
+use hoverlock_design::KT27;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_simulation::{Fault, Job, Outcome, Simulator, Streams, run};
+use port_bench::abrupt::{abrupt_changes, thresholds_moved};
 use port_bench::{lattice, noise};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -83,7 +85,14 @@ fn ties_and_thresholds_that_are_met_exactly() {
 }
 
 #[test]
-fn automatic_thresholds_follow_the_count_of_the_frame_before() {
+fn thresholds_follow_abrupt_changes_of_the_smallest_frames() {
+    let outcome = exact(&abrupt_changes(&KT27, 150, 1), Streams::default());
+    assert!(thresholds_moved(&outcome) > 60, "{outcome:#?}");
+    exact(&abrupt_changes(&KT27, 60, 2), Streams { source_pause: 0.3, sink_pause: 0.3, ..Streams::default() });
+}
+
+#[test]
+fn automatic_thresholds_follow_the_responses_of_the_frame_before() {
     let mut jobs = jobs(&[(96, 80); 9]);
     // A dull frame between rich ones, a new target, and manual thresholds between two automatic spells.
     jobs[2].pixels = noise(96, 80, 2).map(|pixel| 30_000 + pixel / 64);

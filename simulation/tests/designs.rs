@@ -11,6 +11,7 @@ use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_pictures::{Picture, data_dir};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_simulation::{Fault, Job, Outcome, Simulator, Streams, Trace, run};
+use port_bench::abrupt::{abrupt_changes, thresholds_moved};
 use port_bench::noise;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -84,6 +85,9 @@ fn shipped_is_exact(name: &str) {
     for seed in 1..=3 {
         exact(&simulator, &jobs, paused(seed));
     }
+    let outcome = exact(&simulator, &abrupt_changes(&design, 60, 26), Streams::default());
+    assert!(thresholds_moved(&outcome) > 20, "{outcome:#?}");
+    exact(&simulator, &abrupt_changes(&design, 40, 27), paused(4));
 }
 
 /// A design that has a model and hardware, with everything drawn.

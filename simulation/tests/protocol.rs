@@ -39,7 +39,7 @@ scenarios! {
     a_disabled_core_drains_under_a_stream_that_goes_on: "disabled";
     a_reset_at_any_moment_leaves_nothing_behind: "resets";
     a_reset_forgets_the_last_set_and_its_thresholds: "forgotten";
-    thresholds_follow_the_count: "automatic";
+    thresholds_follow_the_responses: "automatic";
     a_full_fifo_drops_and_counts_then_stops_the_video: "overflow";
 }
 

@@ -8,7 +8,7 @@ use hoverlock_arm::message::{self, Command, Telemetry};
 pub use hoverlock_arm::source::Source;
 use hoverlock_design::KT27;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
-use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
+use hoverlock_fixed_point::model::threshold::ThresholdController;
 use hoverlock_pictures::Picture;
 use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::Attitude;
@@ -54,7 +54,7 @@ pub fn sequence(folder: &Path) -> io::Result<Source> {
             source.send_registers(frame.width(), frame.height()).unwrap();
             // As if the camera had viewed this ground for a while.
             model.frame(&frame, controller.thresholds());
-            controller.settle(|thresholds| count_per_scale(&model.planes().features(thresholds)));
+            controller.settle(model.maxima());
         }
         if number % REFERENCE == 0 {
             source.send(message::COMMAND, &Command::Capture.encode()).unwrap();
@@ -74,7 +74,7 @@ pub fn sequence(folder: &Path) -> io::Result<Source> {
         let features = model.frame(&frame, controller.thresholds());
         let thresholds = controller.thresholds().to_vec();
         source.send_frame(&telemetry, features, &thresholds).unwrap();
-        controller.finish_frame(&count_per_scale(features));
+        controller.finish_frame(model.maxima());
     }
     Ok(source)
 }

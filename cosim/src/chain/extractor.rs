@@ -9,7 +9,7 @@ use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_fixed_point::model::fastest::FastestModel;
 use hoverlock_fixed_point::model::record::FeatureRecord;
 use hoverlock_fixed_point::model::record_limit::RecordLimit;
-use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
+use hoverlock_fixed_point::model::threshold::{Maxima, ThresholdController};
 use hoverlock_reference::features::extractor::Selection;
 use hoverlock_reference::features::feature::Feature;
 use hoverlock_reference::image::plane::Plane;
@@ -23,10 +23,10 @@ use crate::Monitor;
 /// Clock cycles from an interrupt to the CPU's first access: 20 us at 100 MHz.
 const INTERRUPT_LATENCY_CYCLES: u64 = 2_000;
 
-/// A function that returns the features of a frame that reach the thresholds.
-type Features = Box<dyn FnMut(&Plane<u16>, &[u32]) -> Vec<FeatureRecord>>;
+/// A function that returns the features of a frame that reach the thresholds, and the maxima of each scale pair.
+type Features = Box<dyn FnMut(&Plane<u16>, &[u32]) -> (Vec<FeatureRecord>, Vec<Maxima>)>;
 
-/// An extractor that makes a packet for each frame. The thresholds follow the feature count of the frame before.
+/// An extractor that makes a packet for each frame. The thresholds follow the responses of the frame before.
 pub(super) enum Extractor {
     /// A model, the control of its thresholds, the largest response, and the number of frames so far.
     Model { features: Features, control: ThresholdController, max: u32, frames: u32 },
@@ -63,11 +63,13 @@ impl Extractor {
     fn float(design: &DesignPoint, first: &Plane<u16>) -> Result<Self, ChainError> {
         let selection = Selection { threshold: design.dog().lsb(), count: usize::MAX };
         let (design, mut extract) = (design.clone(), float_features(design, selection)?);
-        let all = records(&design, &extract(first));
         let mut control = ThresholdController::new(&design);
-        control.settle(|thresholds| count_per_scale(&above(&all, thresholds)));
+        control.settle(&maxima(&records(&design, &extract(first)), design.pairs()));
         let of = design.clone();
-        let features = move |frame: &Plane<u16>, thresholds: &[u32]| above(&records(&of, &extract(frame)), thresholds);
+        let features = move |frame: &Plane<u16>, thresholds: &[u32]| {
+            let all = records(&of, &extract(frame));
+            (above(&all, thresholds), maxima(&all, of.pairs()))
+        };
         Ok(Self::model(&design, Box::new(features), control.thresholds()))
     }
 
@@ -79,8 +81,10 @@ impl Extractor {
         }
         let (of, mut model) = (design.clone(), FastestModel::new(design)?);
         let thresholds = model.settled(&camera_samples(design, first));
-        let features =
-            move |frame: &Plane<u16>, thresholds: &[u32]| model.features(&camera_samples(&of, frame), thresholds);
+        let features = move |frame: &Plane<u16>, thresholds: &[u32]| {
+            let found = model.features(&camera_samples(&of, frame), thresholds);
+            (found, model.maxima().to_vec())
+        };
         Ok(Self::model(design, Box::new(features), &thresholds))
     }
 
@@ -122,8 +126,8 @@ impl Extractor {
             }
             Self::Model { features, control, max, frames } => {
                 let thresholds = control.thresholds().to_vec();
-                let found = features(frame, control.thresholds());
-                control.finish_frame(&count_per_scale(&found));
+                let (found, maxima) = features(frame, &thresholds);
+                control.finish_frame(&maxima);
                 *frames += 1;
                 let limit = default_limit(thresholds.len());
                 let sent = RecordLimit::sent(limit, &thresholds, *max, frame.height(), &found);
@@ -168,4 +172,10 @@ fn records(design: &DesignPoint, features: &[Feature]) -> Vec<FeatureRecord> {
 fn above(records: &[FeatureRecord], thresholds: &[u32]) -> Vec<FeatureRecord> {
     let reaches = |record: &&FeatureRecord| u32::from(record.response) >= thresholds[usize::from(record.scale)];
     records.iter().filter(reaches).copied().collect()
+}
+
+/// Returns the maxima of each scale pair from the records of all of them.
+fn maxima(records: &[FeatureRecord], pairs: usize) -> Vec<Maxima> {
+    let of_pair = |k: usize| records.iter().filter(move |record| usize::from(record.scale) == k);
+    (0..pairs).map(|k| Maxima::new(of_pair(k).map(|record| record.response).collect())).collect()
 }

@@ -36,6 +36,7 @@ use crate::model::design::rings;
 use crate::model::lerp::lerp;
 use crate::model::record::FeatureRecord;
 use crate::model::stages::{self, Stage, StageCoefficients};
+use crate::model::threshold::Maxima;
 use hoverlock_design::DesignPoint;
 
 /// The planes of a frame.
@@ -157,6 +158,15 @@ impl Planes {
         }
         positions.sort_unstable();
         positions.into_iter().map(|(y, x, k)| self.record(x, y, k)).collect()
+    }
+
+    /// Returns the eligible maxima of each scale pair.
+    pub fn maxima(&self) -> Vec<Maxima> {
+        let of_layer = |layer: &Layer<u16>| {
+            let magnitude = &layer.dog.magnitude;
+            Maxima::new(maxima(magnitude, 1).into_iter().map(|at| magnitude[at]).collect())
+        };
+        self.layers.iter().map(of_layer).collect()
     }
 
     /// Returns the record of scale pair `k` at an eligible pixel.

@@ -5,7 +5,7 @@ use hoverlock_reference::image::plane::Plane;
 use crate::model::bit_true::BitTrue;
 use crate::model::record::FeatureRecord;
 use crate::model::simd::{SimdBitTrue, SimdError};
-use crate::model::threshold::{ThresholdController, count_per_scale};
+use crate::model::threshold::{Maxima, ThresholdController};
 use hoverlock_design::DesignPoint;
 
 /// The fastest model of a design: [`SimdBitTrue`] if it supports the formats, else [`BitTrue`]. Their bits are the
@@ -13,6 +13,7 @@ use hoverlock_design::DesignPoint;
 pub struct FastestModel {
     design: DesignPoint,
     code: Code,
+    maxima: Vec<Maxima>,
 }
 
 enum Code {
@@ -31,32 +32,37 @@ impl FastestModel {
             Err(SimdError::Formats { .. }) => Code::Clear(Box::new(BitTrue::new(design)?)),
             Err(error) => return Err(error),
         };
-        Ok(Self { design: design.clone(), code })
+        Ok(Self { design: design.clone(), code, maxima: Vec::new() })
     }
 
     /// Returns the features of a frame, in order. `pixels` is in steps of the camera; see
     /// [`camera_samples`](crate::model::design::camera_samples).
     pub fn features(&mut self, pixels: &Plane<u16>, thresholds: &[u32]) -> Vec<FeatureRecord> {
         match &mut self.code {
-            Code::Simd(simd) => simd.frame(pixels, thresholds).to_vec(),
-            Code::Clear(model) => model.planes(pixels).features(thresholds),
+            Code::Simd(simd) => {
+                let features = simd.frame(pixels, thresholds).to_vec();
+                self.maxima = simd.maxima().to_vec();
+                features
+            }
+            Code::Clear(model) => {
+                let planes = model.planes(pixels);
+                self.maxima = planes.maxima();
+                planes.features(thresholds)
+            }
         }
+    }
+
+    /// Returns the maxima of each scale pair in the last frame, which the automatic threshold follows.
+    pub fn maxima(&self) -> &[Maxima] {
+        &self.maxima
     }
 
     /// Returns the thresholds, LSB of the DoG, at which the automatic control settles on a still picture. `pixels` is
     /// in steps of the camera.
     pub fn settled(&mut self, pixels: &Plane<u16>) -> Vec<u32> {
         let mut control = ThresholdController::new(&self.design);
-        match &mut self.code {
-            Code::Simd(simd) => {
-                simd.frame(pixels, control.thresholds());
-                control.settle(|thresholds| count_per_scale(&simd.planes().features(thresholds)));
-            }
-            Code::Clear(model) => {
-                let planes = model.planes(pixels);
-                control.settle(|thresholds| count_per_scale(&planes.features(thresholds)));
-            }
-        }
+        self.features(pixels, control.thresholds());
+        control.settle(&self.maxima);
         control.thresholds().to_vec()
     }
 }
@@ -75,7 +81,7 @@ mod tests {
             assert_eq!(matches!(fastest.code, Code::Simd(_)), change == "state=u16.2");
             let planes = BitTrue::new(&design).unwrap().planes(&frame);
             let mut control = ThresholdController::new(&design);
-            control.settle(|thresholds| count_per_scale(&planes.features(thresholds)));
+            control.settle(&planes.maxima());
             assert_eq!(fastest.settled(&frame), control.thresholds(), "{change}");
             let features = fastest.features(&frame, &[200, 200]);
             assert!(!features.is_empty() && features == planes.features(&[200, 200]), "{change}");

@@ -1,12 +1,11 @@
-//! The decision whether the centre of the window is a feature, and the threshold it uses.
+//! The decision whether the centre of the window is a maximum and a feature.
 //!
-//! `hit = p > strict and p >= loose and p >= T` at an eligible pixel, one step. A frame's threshold is set at its
-//! marker of the window stage. By then the count of the last frame is complete, whatever the gap between the frames.
+//! `maximum = p > strict and p >= loose` at an eligible pixel, `hit = maximum and p >= T`, one step.
 
 use rust_hdl::prelude::*;
 
 use super::{Column, Height, PixelPosition, Response, Row, Width, low};
-use crate::design::{COLUMN_BITS, DOG_BITS, HEIGHT_BITS, WIDTH_BITS};
+use crate::design::{COLUMN_BITS, HEIGHT_BITS, WIDTH_BITS};
 
 /// The ring of a centre closer to the border than this leaves the frame.
 pub const MARGIN: u64 = 18;
@@ -96,6 +95,8 @@ pub struct Decision {
     pub loose: Signal<In, Response>,
     /// `T`.
     pub threshold: Signal<In, Response>,
+    /// A maximum, one step later.
+    pub maximum: Signal<Out, Bit>,
     /// A feature, one step later.
     pub hit: Signal<Out, Bit>,
 }
@@ -104,18 +105,19 @@ impl Logic for Decision {
     fn update(&mut self) {
         if self.clock.pos_edge() {
             if self.reset.val() {
+                self.maximum.next = false;
                 self.hit.next = false;
             } else if self.advance.val() {
                 let p = self.p.val().to_u64();
-                self.hit.next = self.eligible.val()
-                    && p > self.strict.val().to_u64()
-                    && p >= self.loose.val().to_u64()
-                    && p >= self.threshold.val().to_u64();
+                let maximum = self.eligible.val() && p > self.strict.val().to_u64() && p >= self.loose.val().to_u64();
+                self.maximum.next = maximum;
+                self.hit.next = maximum && p >= self.threshold.val().to_u64();
             }
         }
     }
 
     fn connect(&mut self) {
+        self.maximum.connect();
         self.hit.connect();
     }
 
@@ -123,127 +125,18 @@ impl Logic for Decision {
         Verilog::Custom(
             "\
 // module: decision
-always @(posedge clock)
-  if (reset)
-    hit <= 1'b0;
-  else if (advance)
-    hit <= eligible & (p > strict) & (p >= loose) & (p >= threshold);
-"
-            .into(),
-        )
-    }
-}
-
-/// `T` of a frame: the manual threshold, or in automatic mode derived from the last frame's count `n` before drops and
-/// the target `N`. For `n > 5 N / 4` it is `T + (T >> 3) + 1`, for `n < 3 N / 4` `T - (T >> 3) - 1`, clamped to
-/// `1 ..= 2^N - 1`. The first automatic frame uses the manual threshold.
-#[derive(LogicBlock, Default)]
-pub struct Threshold {
-    /// Clock: registers sample at its rising edge.
-    pub clock: Signal<In, Clock>,
-    /// Synchronous reset, active high.
-    pub reset: Signal<In, Bit>,
-    /// Clock enable: one step.
-    pub advance: Signal<In, Bit>,
-    /// A frame begins at the window stage.
-    pub start: Signal<In, Bit>,
-    /// A feature was found (counted before drops).
-    pub hit: Signal<In, Bit>,
-    /// Automatic mode: the threshold follows the count.
-    pub follow: Signal<In, Bit>,
-    /// Threshold in manual mode.
-    pub manual: Signal<In, Response>,
-    /// Target number of features `N`.
-    pub target: Signal<In, Bits<16>>,
-    /// `T` of this frame.
-    pub threshold: Signal<Out, Response>,
-    /// Features of this frame so far.
-    pub count: Signal<Out, Bits<20>>,
-    _follows: bool,
-    _step: u64,
-    _more: bool,
-    _less: bool,
-}
-
-impl Logic for Threshold {
-    fn update(&mut self) {
-        if !self.clock.pos_edge() {
-            return;
-        }
-        let (threshold, count, target) =
-            (self.threshold.val().to_u64(), self.count.val().to_u64(), self.target.val().to_u64());
-        if self.reset.val() {
-            self.count.next = 0u64.into();
-            self._follows = false;
-            self.threshold.next = 0u64.into();
-        } else if self.advance.val() {
-            if self.start.val() {
-                self.count.next = 0u64.into();
-                let manual = self.manual.val().to_u64().max(1);
-                let next = match (self.follow.val() && self._follows, self._more, self._less) {
-                    (false, ..) => manual,
-                    (_, true, _) => (threshold + self._step).min((1 << DOG_BITS) - 1),
-                    (_, _, true) => threshold.saturating_sub(self._step).max(1),
-                    _ => threshold,
-                };
-                self.threshold.next = next.into();
-                self._follows = self.follow.val();
-            } else if self.hit.val() {
-                self.count.next = ((count + 1) & 0xf_ffff).into();
-            }
-        }
-        self._step = (threshold >> 3) + 1;
-        self._more = 4 * count > 5 * target;
-        self._less = 4 * count < 3 * target;
-    }
-
-    fn connect(&mut self) {
-        self.threshold.connect();
-        self.count.connect();
-    }
-
-    fn hdl(&self) -> Verilog {
-        Verilog::Custom(
-            "\
-// module: threshold
-// The change of T, registered: it is ready before the next frame begins.
-reg        follows;
-reg [CHANGE_BITS-1:0] change;
-reg        more;
-reg        less;
-wire [21:0] four_counts = {count, 2'b00};
-wire [21:0] three_targets = {6'd0, target} + {5'd0, target, 1'b0};
-wire [21:0] five_targets = {6'd0, target} + {4'd0, target, 2'b00};
-wire [SIGNED_BITS-1:0] raised = {1'b0, threshold} + {3'd0, change};
-wire [SIGNED_BITS-1:0] lowered = {1'b0, threshold} - {3'd0, change};
-wire        at_floor = lowered[DOG_BITS] | (lowered == SIGNED_BITS'd0);
-
-always @(posedge clock) begin
-  change <= {1'b0, threshold[DOG_BITS-1:3]} + CHANGE_BITS'd1;
-  more   <= four_counts > five_targets;
-  less   <= four_counts < three_targets;
-end
+wire is_maximum = eligible & (p > strict) & (p >= loose);
 
 always @(posedge clock)
   if (reset) begin
-    count     <= 20'd0;
-    follows   <= 1'b0;
-    threshold <= DOG_BITS'd0;
+    maximum <= 1'b0;
+    hit     <= 1'b0;
   end else if (advance) begin
-    if (start) begin
-      count   <= 20'd0;
-      follows <= follow;
-      if (~(follow & follows))
-        threshold <= manual == DOG_BITS'd0 ? DOG_BITS'd1 : manual;
-      else if (more)
-        threshold <= raised[DOG_BITS] ? LARGEST : raised[DOG_BITS-1:0];
-      else if (less)
-        threshold <= at_floor ? DOG_BITS'd1 : lowered[DOG_BITS-1:0];
-    end else if (hit)
-      count <= count + 20'd1;
+    maximum <= is_maximum;
+    hit     <= is_maximum & (p >= threshold);
   end
 "
-            .replace("LARGEST", &format!("{DOG_BITS}'h{:x}", (1 << DOG_BITS) - 1)),
+            .into(),
         )
     }
 }

@@ -28,6 +28,7 @@ pub mod record_writer;
 pub mod ring;
 pub mod sequencer;
 pub mod tail;
+pub mod threshold;
 
 use rust_hdl::prelude::Bits;
 

@@ -58,6 +58,7 @@ fn of_design(text: &str) -> String {
         ("COEFFICIENTS", COEFFICIENTS),
         ("DOG_BITS", DOG_BITS),
         ("DOG_SHIFT", DOG_SHIFT),
+        ("FLOOR", 1 << DOG_BITS.saturating_sub(10)),
         ("HALF", half),
         ("CANDIDATE_QUEUE", CANDIDATE_QUEUE),
         ("RECORD_FIFO", RECORD_FIFO),
@@ -346,17 +347,22 @@ Latency: none for `eligible`, 1 step for `position`.",
     ),
     (
         "decision",
-        "A feature: p > strict (samples earlier in raster order), p >= loose (later samples), p >= threshold, and
-eligible.
+        "A maximum: p > strict (samples earlier in raster order), p >= loose (later samples), and eligible. A feature is
+a maximum of at least the threshold.
 Latency: 1 step.",
     ),
     (
         "threshold",
-        "The threshold T of a frame: manual, at least 1; or by the count n of the previous frame and the target N
-  n > 5 N / 4   T + (T >> 3) + 1, at most 2^<DOG_BITS> - 1        n < 3 N / 4   T - (T >> 3) - 1, at least 1
-Set at the marker of the window stage, when the count of the previous frame is complete. The first automatic frame uses
-the manual threshold.
-Latency: 1 step from the marker; the count must be stable for two clocks before it.",
+        "The threshold T of a frame: manual, at least 1; or by the maxima of the frame before, its T, its n features and
+the target N. F = <FLOOR>; bins of maxima of at least F, eight an octave, count to 65535.
+  8 |n - N| <= N        T
+  else                  max(W, D)
+  W   where the sum of the bins, from the highest down, reaches N: 0 to 3 quarters of that bin above its edge, as
+      the surplus is below 1/4, 1/2, 3/4 of its count or not; F where it never does
+  D   T - (T >> 6) where eight times the sum of all bins is below N, else T >> 3
+`enters` starts the sum, one bin a step, and clears the bins. `start` sets T. The first automatic frame uses the manual
+threshold.
+Latency: 1 step from `start`; at least 86 steps from `enters` to `start`, without a maximum.",
     ),
     (
         "record_limit",

@@ -19,7 +19,7 @@ use rust_hdl::prelude::*;
 use self::{scale_pair::ScalePair, smoothers::Smoothers};
 use crate::cells::{
     Fields, Height, Pixel, Response, Width,
-    decision::{Decision, Eligible, Threshold},
+    decision::{Decision, Eligible},
     delay::{Cursor, Delay, FlagDelay, FrameDelay},
     join::RingRows,
     line_delay::LineDelay,
@@ -27,6 +27,7 @@ use crate::cells::{
     record_limit::RecordLimit,
     record_writer::RecordWriter,
     ring::{RingComparator, RingTaps, rows},
+    threshold::Threshold,
 };
 use crate::design::{
     DOG_BITS, OLDER_BITS, PIXEL_BITS, RECORD_BITS, RECORD_LIMIT_AT, RING_BITS, SCALE_PAIRS, SIGNED_BITS, TARGET_AT,
@@ -218,8 +219,11 @@ impl Logic for Extractor {
         self.controller[$k].clock.next = self.clock.val();
         self.controller[$k].reset.next = self.reset.val();
         self.controller[$k].advance.next = self.advance.val();
+        self.controller[$k].enters.next = self.response_start.y.val();
         self.controller[$k].start.next = self.window_start.y.val();
+        self.controller[$k].maximum.next = self.decision[$k].maximum.val();
         self.controller[$k].hit.next = self.decision[$k].hit.val();
+        self.controller[$k].centre.next = self.scale_pair[$k].centre.val().get_bits::<DOG_BITS>(0);
         self.controller[$k].manual.next = self.smoothers.window_bank.val().get_bits::<DOG_BITS>($threshold_at);
         self.controller[$k].target.next = self.smoothers.window_bank.val().get_bits::<16>(TARGET_AT);
         self.controller[$k].follow.next = self.smoothers.window_bank.val().get_bit(TARGET_AT + 16);

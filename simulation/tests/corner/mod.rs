@@ -5,7 +5,7 @@
 use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_fixed_point::model::record::FeatureRecord;
-use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
+use hoverlock_fixed_point::model::threshold::{Maxima, ThresholdController, count_per_scale, floor};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_registers::{Access as FieldAccess, Register};
 use hoverlock_rtl::cells::record_fifo::RESERVED;
@@ -270,11 +270,11 @@ fn a_start_that_stands_keeps_its_set(simulator: &Simulator) -> Outcome {
 }
 
 /// The thresholds that the model's controller makes of a frame's.
-fn followed(design: &DesignPoint, thresholds: &[u32], target: u32, counts: [u32; 3]) -> Vec<u32> {
+fn followed(design: &DesignPoint, thresholds: &[u32], target: u32, maxima: &[Maxima]) -> Vec<u32> {
     let mut design = design.clone();
     design.threshold.target = target;
     let mut control = ThresholdController::resumed(&design, thresholds);
-    control.finish_frame(&counts);
+    control.finish_frame(maxima);
     control.thresholds().to_vec()
 }
 
@@ -284,20 +284,20 @@ fn every_frame_its_own_mode_and_target(simulator: &Simulator) -> Outcome {
     let design = simulator.design();
     let mut bench = enabled(simulator, 9);
     let steps = [(false, 0), (true, 0), (true, 2000), (false, 2000), (true, 0), (true, 0), (true, 2000), (false, 0)];
-    let mut last: Option<(Vec<u32>, [u32; 3], bool)> = None;
+    let mut last: Option<(Vec<u32>, Vec<Maxima>, bool)> = None;
     let mut expected = Vec::new();
     for (i, (automatic, target)) in steps.into_iter().enumerate() {
         let manual = [i as u32, 8 - i as u32, i as u32];
         let manual: Vec<u32> = low(design).into_iter().zip(manual).map(|(low, more)| low + more).collect();
         let frame = Frame::new(design, ground(design, 64, 64, 30 + i as u64), &manual);
         let thresholds = match last {
-            Some((thresholds, counts, true)) if automatic => followed(design, &thresholds, target, counts),
+            Some((thresholds, maxima, true)) if automatic => followed(design, &thresholds, target, &maxima),
             _ => manual,
         };
         bench.write(TARGET, target);
         bench.write(CONTROL, ENABLE | if automatic { AUTOMATIC } else { 0 });
         bench.begin(&frame, frame.beats())?;
-        last = Some((thresholds.clone(), count_per_scale(&frame.planes.features(&thresholds)), automatic));
+        last = Some((thresholds.clone(), frame.planes.maxima(), automatic));
         expected.push((frame, thresholds));
     }
     for (number, (frame, thresholds)) in expected.iter().enumerate() {
@@ -319,8 +319,7 @@ fn follows(bench: &mut Bench, frame: &Frame, number: &mut u32, target: u32) -> O
     bench.packet()?.check(frame, *number + 1, &frame.thresholds, 0)?;
     let packet = bench.packet()?;
     let now = packet.thresholds(frame.thresholds.len());
-    let counts = count_per_scale(&frame.planes.features(&frame.thresholds));
-    let expected = followed(&bench.design, &frame.thresholds, target, counts);
+    let expected = followed(&bench.design, &frame.thresholds, target, &frame.planes.maxima());
     for k in 0..now.len() {
         equal("threshold", &format!("scale pair {k}, target {target}"), expected[k], now[k])?;
     }
@@ -329,35 +328,37 @@ fn follows(bench: &mut Bench, frame: &Frame, number: &mut u32, target: u32) -> O
     Ok(now)
 }
 
-/// A count of exactly three or five quarters of the target changes nothing, and a target one further away does.
+/// A count of exactly seven or nine eighths of the target changes nothing, and a target one further away does.
 fn a_target_that_is_met_changes_nothing(simulator: &Simulator) -> Outcome {
     let design = simulator.design();
     let mut bench = enabled(simulator, 10);
     let mut number = 0;
     let pixels = ground(design, 128, 96, 9);
     let of_all = |threshold: u32| vec![threshold; design.pairs()];
-    let planes = Frame::new(design, pixels.clone(), &of_all(1));
-    for (quarters, k) in (0..design.pairs()).flat_map(|k| [(3, k), (5, k)]) {
-        // A threshold that as many features reach as can be such a part of a target, and that can fall.
+    let maxima = Frame::new(design, pixels.clone(), &of_all(1)).planes.maxima();
+    for (eighths, k) in (0..design.pairs()).flat_map(|k| [(7, k), (9, k)]) {
+        // A threshold that as many features reach as can be such a part of a target, and that moves beyond it.
         let found = (2..6000).find_map(|threshold| {
-            let count = count_per_scale(&planes.planes.features(&of_all(threshold)))[k];
-            (count > 0 && (4 * count).is_multiple_of(quarters)).then_some((threshold, 4 * count / quarters))
+            let count = maxima[k].count(threshold);
+            let target = 8 * count / eighths;
+            let beyond = if eighths == 7 { target + 1 } else { target.checked_sub(1)? };
+            let moves = followed(design, &of_all(threshold), beyond, &maxima)[k] != threshold;
+            (count > 0 && (8 * count).is_multiple_of(eighths) && moves).then_some((threshold, target, beyond))
         });
-        let Some((threshold, target)) = found else { return fail("bench", "no threshold has such a count") };
+        let Some((threshold, target, beyond)) = found else { return fail("bench", "no threshold has such a count") };
         let frame = Frame::new(design, pixels.clone(), &of_all(threshold));
         let now = follows(&mut bench, &frame, &mut number, target)?;
-        equal("threshold", &format!("met with {quarters} quarters, scale pair {k}"), threshold, now[k])?;
-        let beyond = if quarters == 3 { target + 1 } else { target - 1 };
+        equal("threshold", &format!("met with {eighths} eighths, scale pair {k}"), threshold, now[k])?;
         let now = follows(&mut bench, &frame, &mut number, beyond)?;
         if now[k] == threshold {
-            return fail("threshold", format!("stays at {threshold} beyond {quarters} quarters, scale pair {k}"));
+            return fail("threshold", format!("stays at {threshold} beyond {eighths} eighths, scale pair {k}"));
         }
     }
     Ok(())
 }
 
-/// More than 4096 features of one scale pair: the threshold rises, as it must not if the count stopped at 1023 or lost
-/// its carry.
+/// More than 4096 features of one scale pair: they meet a target that is as large, which they do not if the count
+/// stops at 1023 or loses its carry, and against a smaller one the threshold rises.
 fn a_count_beyond_4096(simulator: &Simulator) -> Outcome {
     let design = simulator.design();
     let mut bench = enabled(simulator, 11);
@@ -367,14 +368,16 @@ fn a_count_beyond_4096(simulator: &Simulator) -> Outcome {
     if !(4097..4500).contains(&many) {
         return fail("bench", format!("{many} features"));
     }
-    let now = follows(&mut bench, &frame, &mut 0, 2000)?;
+    let now = follows(&mut bench, &frame, &mut 0, many)?;
+    equal("threshold", "after as many features as the target", thresholds[0], now[0])?;
+    let now = follows(&mut bench, &frame, &mut 3, 2000)?;
     if now[0] <= thresholds[0] {
         return fail("threshold", format!("{} after more than 4096 features", now[0]));
     }
     Ok(())
 }
 
-/// Thresholds neither pass the largest code nor fall below 1.
+/// Thresholds neither pass the highest bin nor fall below the floor, from whatever threshold they start.
 fn thresholds_stop_at_their_limits(simulator: &Simulator) -> Outcome {
     let design = simulator.design();
     let mut bench = enabled(simulator, 12);
@@ -388,19 +391,22 @@ fn thresholds_stop_at_their_limits(simulator: &Simulator) -> Outcome {
         (0..design.pairs()).map(|k| if k == 0 { first } else { others }).collect()
     };
     let largest = strongest(design);
-    // The last threshold whose step ends at the largest code at most.
-    let last = (1..=largest).rev().find(|threshold| threshold + (threshold >> 3) < largest).unwrap_or(1);
-    for (first, others) in [(largest, 1), (last, 2), (last + 1, 3), (last + 2, 8), (largest - largest / 8, 9)] {
+    for (first, others) in [(largest, 1), (1, 2), (largest / 2, largest), (largest - largest / 8, 9)] {
         let thresholds = all(first, others);
         let frame = Frame::with(design, Plane::from_fn(64, 64, spot), &thresholds, coefficients.clone());
-        if count_per_scale(&frame.planes.features(&thresholds))[0] == 0 {
+        if frame.planes.maxima()[0].count(largest) == 0 {
             return fail("bench", "no response at the largest code");
         }
         follows(&mut bench, &frame, &mut number, 0)?;
     }
-    for (first, others) in [(1, 1), (2, 3), (8, 7), (9, 10), (15, 16)] {
-        let frame = Frame::new(design, ground(design, 64, 64, 12), &all(first, others));
-        follows(&mut bench, &frame, &mut number, 2000)?;
+    // Far more is wanted than there is: with enough for a step down, and with too little.
+    let pixels = ground(design, 64, 64, 12);
+    let (floor, maxima) = (floor(design), Frame::new(design, pixels.clone(), &all(1, 1)).planes.maxima());
+    for (first, others) in [(1, 1), (2, largest), (floor, floor + 1), (8 * floor + 7, 8 * floor + 8), (largest, 64)] {
+        for times in [8, 9] {
+            let frame = Frame::new(design, pixels.clone(), &all(first, others));
+            follows(&mut bench, &frame, &mut number, times * maxima[0].count(floor))?;
+        }
     }
     Ok(())
 }

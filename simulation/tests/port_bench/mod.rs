@@ -6,6 +6,7 @@
 
 #![allow(dead_code, reason = "each test binary uses its part")]
 
+pub mod abrupt;
 pub mod scenarios;
 
 use std::{cell::RefCell, collections::VecDeque, fmt, rc::Rc, time::Instant};

@@ -1,6 +1,6 @@
 //! The scenarios of the port bench. The everyday tests run them, and the mutation test runs them against every mutant.
 
-use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
+use hoverlock_fixed_point::model::threshold::{Maxima, ThresholdController};
 use hoverlock_registers::Access as FieldAccess;
 use hoverlock_rtl::cells::record_fifo::RESERVED;
 use hoverlock_rtl::registers::registers;
@@ -464,7 +464,7 @@ pub fn reset_at(simulator: &Simulator, moment: u64, software: bool, seed: u64) -
 }
 
 /// A hardware reset forgets the size that the last frame took: without a commit no frame begins. Any reset forgets that
-/// the thresholds followed the count: the first automatic frame takes the manual ones.
+/// the thresholds followed the responses: the first automatic frame takes the manual ones.
 pub fn a_reset_forgets_set_and_thresholds(simulator: &Simulator) -> Outcome {
     let design = simulator.design();
     let mut bench = Bench::new(simulator, 13);
@@ -496,7 +496,7 @@ pub fn a_reset_forgets_set_and_thresholds(simulator: &Simulator) -> Outcome {
     Ok(())
 }
 
-/// Thresholds that follow the count: up, down, held, from the manual one, and back to it.
+/// Thresholds that follow the responses: up, down, held, from the manual one, and back to it.
 pub fn automatic_thresholds(simulator: &Simulator) -> Outcome {
     let design = simulator.design();
     let low = &low(design);
@@ -523,7 +523,7 @@ pub fn automatic_thresholds(simulator: &Simulator) -> Outcome {
             }
             bench.exactly(frame, number, &control.1, 0)?;
             bench.has_thresholds(&control.1)?;
-            control.follow(&count_per_scale(&frame.planes.features(&control.1)));
+            control.follow(&frame.planes.maxima());
             number += 1;
         }
     }
@@ -534,14 +534,12 @@ pub fn automatic_thresholds(simulator: &Simulator) -> Outcome {
 struct Thresholds<'a>(&'a DesignPoint, Vec<u32>, u32);
 
 impl Thresholds<'_> {
-    fn follow(&mut self, counts: &[u32]) {
-        for (k, threshold) in self.1.iter_mut().enumerate() {
-            let mut design = self.0.clone();
-            (design.threshold.target, design.threshold.initial) = (self.2, *threshold);
-            let mut control = ThresholdController::new(&design);
-            control.finish_frame(&vec![counts[k]; self.0.pairs()]);
-            *threshold = control.thresholds()[k];
-        }
+    fn follow(&mut self, maxima: &[Maxima]) {
+        let mut design = self.0.clone();
+        design.threshold.target = self.2;
+        let mut control = ThresholdController::resumed(&design, &self.1);
+        control.finish_frame(maxima);
+        self.1 = control.thresholds().to_vec();
     }
 }
 

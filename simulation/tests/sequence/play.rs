@@ -7,7 +7,7 @@
 use std::collections::VecDeque;
 
 use hoverlock_design::DesignPoint;
-use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
+use hoverlock_fixed_point::model::threshold::{Maxima, ThresholdController};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_registers::record::default_limit;
 use hoverlock_rtl::registers::default_coefficients;
@@ -130,7 +130,7 @@ struct Player {
     frames: VecDeque<Expected>,
     /// The set of the last frame that came out, its thresholds, the features they found, and how many of those the
     /// record limit let through.
-    last: Option<(Set, Vec<u32>, [u32; 3], u32)>,
+    last: Option<(Set, Vec<u32>, Vec<Maxima>, u32)>,
     /// Frames that came out since the last reset.
     number: u32,
     closed_until: u64,
@@ -413,11 +413,11 @@ impl Player {
     /// Thresholds of the next frame, if it takes this set.
     fn thresholds(&self, set: &Set) -> Vec<u32> {
         match &self.last {
-            Some((before, thresholds, counts, _)) if before.automatic && set.automatic => {
+            Some((before, thresholds, maxima, _)) if before.automatic && set.automatic => {
                 let mut design = self.bench.design.clone();
                 design.threshold.target = set.target;
                 let mut control = ThresholdController::resumed(&design, thresholds);
-                control.finish_frame(counts);
+                control.finish_frame(maxima);
                 control.thresholds().to_vec()
             }
             _ => set.thresholds.iter().map(|threshold| (threshold & strongest(&self.bench.design)).max(1)).collect(),
@@ -449,7 +449,7 @@ impl Player {
                     self.tally.records += packet.records.len() as u64;
                     self.tally.dropped += u64::from(dropped);
                     let sent = packet.records.len() as u32 + dropped;
-                    self.last = Some((set.clone(), thresholds, count_per_scale(&features), sent));
+                    self.last = Some((set.clone(), thresholds, model.planes.maxima(), sent));
                     self.number += 1;
                     return Ok(());
                 }

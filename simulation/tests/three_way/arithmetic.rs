@@ -2,7 +2,7 @@
 
 use hoverlock_design::KT27;
 use hoverlock_fixed_point::model::lerp::lerp;
-use hoverlock_fixed_point::model::threshold::ThresholdController;
+use hoverlock_fixed_point::model::threshold::{Maxima, ThresholdController};
 use hoverlock_harness::model::SignalId;
 use hoverlock_rtl::cells::{
     decision::Decision,
@@ -11,7 +11,7 @@ use hoverlock_rtl::cells::{
     maximum::{ColumnMaximum, Maximum, WindowMaximum},
     ring::RingComparator,
 };
-use rand::RngExt;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rust_hdl::prelude::*;
 
@@ -135,7 +135,7 @@ pub fn maxima_and_comparisons() {
         "decision",
         4000,
         [reset, advance, eligible, p, strict, loose, threshold],
-        [hit],
+        [maximum, hit],
         |cell: &mut Decision, cycle, draw: &mut ChaCha8Rng| {
             resets!(cell, cycle, draw);
             let p = cell.p.next.to_u64();
@@ -151,10 +151,9 @@ pub fn maxima_and_comparisons() {
         |cell: &Decision, _| {
             if cell.advance.val() && !cell.reset.val() {
                 let p = cell.p.val().to_u64();
-                let hit = p > cell.strict.val().to_u64()
-                    && p >= cell.loose.val().to_u64()
-                    && p >= cell.threshold.val().to_u64();
-                assert_eq!(cell.hit.val(), hit && cell.eligible.val());
+                let maximum = cell.eligible.val() && p > cell.strict.val().to_u64() && p >= cell.loose.val().to_u64();
+                assert_eq!(cell.maximum.val(), maximum);
+                assert_eq!(cell.hit.val(), maximum && p >= cell.threshold.val().to_u64());
             }
         }
     );
@@ -177,39 +176,107 @@ pub fn maxima_and_comparisons() {
     );
 }
 
+/// Steps from the entry of a frame to its threshold, as few as the cell allows.
+const SETTLING_STEPS: usize = 86;
+
+/// The cell `threshold` alone, driven frame by frame.
+struct ThresholdBench {
+    model: Model,
+    clock: SignalId,
+    /// Reset, advance, enters, start, maximum, hit, centre, follow, manual, target.
+    inputs: [SignalId; 10],
+    threshold: SignalId,
+}
+
+impl ThresholdBench {
+    fn new() -> Self {
+        let model = instance();
+        let find = |name: &str| model.find(&format!("threshold__{name}")).unwrap();
+        let inputs =
+            ["reset", "advance", "enters", "start", "maximum", "hit", "centre", "follow", "manual", "target"].map(find);
+        let (clock, threshold) = (model.find("clock").unwrap(), find("threshold"));
+        let mut bench = Self { model, clock, inputs, threshold };
+        bench.cycle(&[(0, 1), (1, 1), (2, 0), (3, 0), (4, 0), (5, 0)]);
+        bench.cycle(&[(0, 0), (2, 1)]);
+        bench.cycle(&[(2, 0)]);
+        (0..SETTLING_STEPS).for_each(|_| _ = bench.cycle(&[]));
+        bench
+    }
+
+    /// Sets inputs by their number, and returns the threshold after one clock.
+    fn cycle(&mut self, inputs: &[(usize, u64)]) -> u64 {
+        inputs.iter().for_each(|(input, value)| self.model.set(self.inputs[*input], *value).unwrap());
+        for level in [0, 1] {
+            self.model.set(self.clock, level).unwrap();
+            self.model.eval().unwrap();
+        }
+        self.model.get(self.threshold)
+    }
+
+    /// Returns the threshold after a frame with the threshold `t` and these maxima, for a target.
+    fn followed(&mut self, t: u64, target: u64, maxima: &[u16], spacing: usize) -> u64 {
+        assert_eq!(self.cycle(&[(3, 1), (7, 0), (8, t), (9, target)]), t.max(1));
+        // The first that follows takes the manual one too.
+        assert_eq!(self.cycle(&[(7, 1)]), t.max(1));
+        self.cycle(&[(3, 0)]);
+        for response in maxima {
+            self.cycle(&[(4, 1), (5, (u64::from(*response) >= t).into()), (6, (*response).into())]);
+            self.cycle(&[(4, 0), (5, 0)]);
+            (2..spacing).for_each(|_| _ = self.cycle(&[]));
+        }
+        (0..3).for_each(|_| _ = self.cycle(&[]));
+        self.cycle(&[(2, 1)]);
+        self.cycle(&[(2, 0)]);
+        (2..SETTLING_STEPS).for_each(|_| _ = self.cycle(&[]));
+        let threshold = self.cycle(&[(3, 1)]);
+        self.cycle(&[(3, 0)]);
+        threshold
+    }
+
+    fn check(&mut self, t: u64, target: u64, maxima: Vec<u16>, spacing: usize) {
+        let actual = self.followed(t, target, &maxima, spacing);
+        let mut design = KT27.clone();
+        design.threshold.target = target as u32;
+        let mut control = ThresholdController::resumed(&design, &[t.max(1) as u32]);
+        let count = maxima.len();
+        control.finish_frame(&[Maxima::new(maxima)]);
+        assert_eq!(actual, u64::from(control.thresholds()[0]), "from {t}, {count} maxima, target {target}");
+    }
+}
+
 pub fn every_threshold_moves_as_the_model_says() {
-    // One frame takes the manual threshold, the next follows a count: three, against a target that is far less, far
-    // more, or met.
     if !is_driven("threshold") {
         return;
     }
-    let mut model = instance();
-    let ports = ["clock", "threshold__reset", "threshold__advance", "threshold__start", "threshold__hit"];
-    let [clock, reset, advance, start, hit] = ports.map(|name| model.find(name).unwrap());
-    let ports = ["threshold__follow", "threshold__manual", "threshold__target", "threshold__threshold"];
-    let [follow, manual, target, threshold] = ports.map(|name| model.find(name).unwrap());
-    let mut cycle = |inputs: &[(SignalId, u64)]| {
-        inputs.iter().for_each(|(signal, value)| model.set(*signal, *value).unwrap());
-        for level in [0, 1] {
-            model.set(clock, level).unwrap();
-            model.eval().unwrap();
-        }
-        model.get(threshold)
-    };
-    cycle(&[(reset, 1), (advance, 1), (start, 0), (hit, 0)]);
-    cycle(&[(reset, 0)]);
-    for t in 0..=0x7fffu64 {
-        for wanted in [0, 4, 2, 1000] {
-            assert_eq!(cycle(&[(start, 1), (hit, 0), (follow, 0), (manual, t)]), t.max(1));
-            // The first that follows takes the manual one too.
-            cycle(&[(follow, 1)]);
-            (0..3).for_each(|_| _ = cycle(&[(start, 0), (hit, 1), (target, wanted)]));
-            cycle(&[(hit, 0)]);
-            let mut design = KT27.clone();
-            (design.threshold.target, design.threshold.initial) = (wanted as u32, t.max(1) as u32);
-            let mut control = ThresholdController::new(&design);
-            control.finish_frame(&[3, 3]);
-            assert_eq!(cycle(&[(start, 1)]), u64::from(control.thresholds()[0]), "from {t}, 3 features of {wanted}");
-        }
+    let mut bench = ThresholdBench::new();
+    // Every response alone is in its bin: a target of one puts the threshold at its edge.
+    for response in 1..=0x7fffu16 {
+        bench.check(1, 1, vec![response; 2], 2);
     }
+    let mut draw = ChaCha8Rng::seed_from_u64(26);
+    let any = |draw: &mut ChaCha8Rng, bits: u32| (draw.random_range(1..=1u32 << bits) - 1).clamp(1, 0x7fff) as u16;
+    for _ in 0..3000 {
+        let bits = draw.random_range(1..=15);
+        let (count, near) = (draw.random_range(0..150), draw.random_range(0..=bits));
+        let centre = any(&mut draw, bits);
+        let maxima: Vec<u16> = (0..count)
+            .map(|_| if draw.random() { any(&mut draw, bits) } else { (centre + any(&mut draw, near) - 1).min(0x7fff) })
+            .collect();
+        let bits = draw.random_range(1..=15);
+        let t = if draw.random() { any(&mut draw, bits) } else { *maxima.first().unwrap_or(&1) };
+        let reached = maxima.iter().filter(|response| **response >= t).count() as u64;
+        // In the band, at its edges, anywhere, far beyond.
+        let target = match draw.random_range(0..5) {
+            0 => (8 * reached / 7 + draw.random_range(0..3)).saturating_sub(1),
+            1 => (8 * reached / 9 + draw.random_range(0..3)).saturating_sub(1),
+            2 | 3 => draw.random_range(0..=count + count / 8),
+            _ => draw.random_range(0..=8 * count + 9),
+        };
+        let spacing = draw.random_range(2..=4);
+        bench.check(t.into(), target, maxima, spacing);
+    }
+    // A bin counts to 65535: a surplus of 5535 of 65535, where 65540 maxima would be one of 5540.
+    bench.check(1, 60_000, vec![1100; 65_540], 2);
+    bench.check(1, 49_000, vec![1100; 65_540], 2);
+    bench.check(1, 0xffff, vec![1100; 65_540], 2);
 }

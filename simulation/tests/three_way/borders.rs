@@ -3,8 +3,9 @@
 use hoverlock_rtl::cells::{
     bank::Bank,
     border::{CoefficientRegister, ColumnBorder, RepeatedRows, RowLookAheadBorder, RowLookBackBorder},
-    decision::{Eligible, Threshold},
+    decision::Eligible,
     delay::Cursor,
+    threshold::Threshold,
 };
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -112,14 +113,21 @@ pub fn borders_and_positions() {
         Threshold::default(),
         "threshold",
         20_000,
-        [reset, advance, start, hit, follow, manual, target],
+        [reset, advance, enters, start, maximum, hit, centre, follow, manual, target],
         [threshold, count],
         |cell: &mut Threshold, cycle, draw: &mut ChaCha8Rng| {
-            cell.reset.next = cycle < 2 || draw.random_ratio(1, 4000);
-            cell.advance.next = true;
-            cell.start.next = cycle == 2 || draw.random_ratio(1, 60);
+            // The bins are cleared by a first sum; from a second one on it is that of the bins.
+            let clears = cycle < 202;
+            cell.reset.next = cycle < 2 || (!clears && draw.random_ratio(1, 4000));
+            cell.advance.next = clears || draw.random_ratio(9, 10);
+            cell.enters.next = cycle == 2 || cycle == 102 || (!clears && draw.random_ratio(1, 150));
+            cell.start.next = !clears && draw.random_ratio(1, 60);
+            cell.maximum.next = !clears && !cell.maximum.val() && draw.random();
+            cell.hit.next = cell.maximum.next && draw.random();
             cell.follow.next = draw.random_ratio(9, 10);
-            cell.target.next = draw.random_range(1..60u64).into();
+            cell.target.next = draw.random_range(0..60u64).into();
+            let bits = draw.random_range(3..=15);
+            cell.centre.next = draw.random_range(1..1u64 << bits).into();
             if draw.random() {
                 cell.manual.next = draw.random_range(0..4u64).into();
             }

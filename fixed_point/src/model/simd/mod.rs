@@ -33,6 +33,7 @@ use crate::model::bit_true::Planes;
 use crate::model::coefficients::{CoefficientError, LerpCoefficients};
 use crate::model::design::rings;
 use crate::model::record::FeatureRecord;
+use crate::model::threshold::{Maxima, floor};
 
 /// The reason why a design has no SIMD model.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -60,9 +61,12 @@ pub enum SimdError {
 pub struct SimdBitTrue {
     gains: Vec<Gains>,
     words: Words,
+    /// Lowest automatic threshold, LSB of the DoG.
+    floor: u16,
     planes: Planes,
     scratch: Scratch,
     features: Vec<FeatureRecord>,
+    maxima: Vec<Maxima>,
 }
 
 impl SimdBitTrue {
@@ -85,9 +89,11 @@ impl SimdBitTrue {
         Ok(Self {
             gains: design.sigmas.iter().zip(&*design.look_ahead).map(gains).collect::<Result<_, _>>()?,
             words: Words::new(design),
+            floor: floor(design) as u16,
             planes: blank(&rings(design), 1, 1),
             scratch: Scratch::default(),
             features: Vec::new(),
+            maxima: Vec::new(),
         })
     }
 
@@ -117,6 +123,12 @@ impl SimdBitTrue {
         &self.features
     }
 
+    /// Returns the eligible maxima of each scale pair in the last frame: those that reach its threshold or the
+    /// [`floor`] of automatic ones.
+    pub fn maxima(&self) -> &[Maxima] {
+        &self.maxima
+    }
+
     fn run(&mut self, pixels: &Plane<u16>, thresholds: &[u32], chain: Chain) -> &[FeatureRecord] {
         let (width, height) = (pixels.width(), pixels.height());
         let shape = &self.planes.smoothed[0];
@@ -128,12 +140,18 @@ impl SimdBitTrue {
         let mut thresholds: Vec<u16> =
             thresholds.iter().map(|threshold| u16::try_from((*threshold).max(1)).unwrap_or(u16::MAX)).collect();
         thresholds.resize(self.gains.len() - 1, u16::MAX);
-        chain(pixels, &self.gains, self.words, &thresholds, &mut self.planes, &mut self.scratch);
+        let lowest: Vec<u16> = thresholds.iter().map(|threshold| self.floor.min(*threshold)).collect();
+        chain(pixels, &self.gains, self.words, &lowest, &mut self.planes, &mut self.scratch);
 
-        self.features.clear();
         let candidates = &mut self.scratch.candidates;
-        candidates.retain(|&(y, x, k)| is_maximum(&self.planes.layers[k].dog.magnitude, x, y));
+        let magnitude = |k: usize| &self.planes.layers[k].dog.magnitude;
+        candidates.retain(|&(y, x, k)| is_maximum(magnitude(k), x, y));
+        let mut responses = vec![Vec::new(); thresholds.len()];
+        candidates.iter().for_each(|&(y, x, k)| responses[k].push(magnitude(k)[(x, y)]));
+        self.maxima = responses.into_iter().map(Maxima::new).collect();
+        candidates.retain(|&(y, x, k)| magnitude(k)[(x, y)] >= thresholds[k]);
         candidates.sort_unstable();
+        self.features.clear();
         self.features.extend(candidates.iter().map(|&(y, x, k)| self.planes.record(x, y, k)));
         &self.features
     }
