@@ -11,7 +11,7 @@ use std::collections::btree_map::Entry;
 use std::fmt::Write;
 use std::path::Path;
 
-use hoverlock_design::{DesignPoint, KT27};
+use hoverlock_design::KT27;
 use hoverlock_fixed_point::model::bit_true::BitTrue;
 use hoverlock_fixed_point::model::threshold::{Maxima, ThresholdController};
 use hoverlock_pictures::Picture;

@@ -148,10 +148,10 @@ mod tests {
     use hoverlock_design::KT27;
     use proptest::prelude::*;
 
-    /// Responses of which `count` reach each threshold as `1 / threshold^2` falls, `count` of them at least `at`.
+    /// Responses of at least `at / 4`: as many reach a threshold as its inverse square, `count` of them reach `at`.
     fn falling(count: u32, at: u32) -> Maxima {
         let response = |i: u32| (f64::from(at) * (f64::from(count) / f64::from(i)).sqrt()) as u16;
-        Maxima::new((1..=4 * count).map(response).collect())
+        Maxima::new((1..=16 * count).map(response).collect())
     }
 
     fn controller(bits: u32, target: u32, threshold: u32) -> ThresholdController {
