@@ -399,13 +399,18 @@ fn thresholds_stop_at_their_limits(simulator: &Simulator) -> Outcome {
         }
         follows(&mut bench, &frame, &mut number, 0)?;
     }
-    // Far more is wanted than there is: with enough for a step down, and with too little.
-    let pixels = ground(design, 64, 64, 12);
-    let (floor, maxima) = (floor(design), Frame::new(design, pixels.clone(), &all(1, 1)).planes.maxima());
+    // Far more is wanted than there is, with enough for a step down and with one too little, over ground so dull that
+    // there are maxima in the lowest bin and below it.
+    let (ground, floor) = (ground(design, 128, 96, 12), floor(design));
+    let dull = (0..16).map(|shift| ground.map(|sample| sample >> shift)).find_map(|pixels| {
+        let maxima = Frame::new(design, pixels.clone(), &all(1, 1)).planes.maxima().swap_remove(0);
+        let [all, reach, above] = [1, floor, floor + (floor >> 3).max(1)].map(|threshold| maxima.count(threshold));
+        (reach > above && (floor == 1 || all > reach)).then_some((pixels, reach))
+    });
+    let Some((pixels, reach)) = dull else { return fail("bench", "no ground is dull enough") };
     for (first, others) in [(1, 1), (2, largest), (floor, floor + 1), (8 * floor + 7, 8 * floor + 8), (largest, 64)] {
-        for times in [8, 9] {
-            let frame = Frame::new(design, pixels.clone(), &all(first, others));
-            follows(&mut bench, &frame, &mut number, times * maxima[0].count(floor))?;
+        for target in [8 * reach, 8 * reach + 1] {
+            follows(&mut bench, &Frame::new(design, pixels.clone(), &all(first, others)), &mut number, target)?;
         }
     }
     Ok(())
