@@ -239,7 +239,7 @@ impl Logic for Threshold {
             ("FLOOR_BIN", format!("7'd{FLOOR_BIN}")),
             ("FLOOR", format!("DOG_BITS'd{}", 1 << FLOOR_BIT)),
             ("TOP_BIN", format!("7'd{TOP_BIN}")),
-            ("A_64TH", if DOG_BITS > 6 { format!("{{6'd0, threshold[DOG_BITS-1:6]}}") } else { zeros(DOG_BITS) }),
+            ("A_64TH", if DOG_BITS > 6 { "{6'd0, threshold[DOG_BITS-1:6]}".into() } else { zeros(DOG_BITS) }),
         ];
         Verilog::Custom(numbers.iter().fold(TEXT.to_owned(), |text, (name, number)| text.replace(name, number)))
     }
