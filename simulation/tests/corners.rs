@@ -217,7 +217,12 @@ const FAULTS_OF_THREE_SCALES: &[Fault] = &[
     ),
     ("extractor", ".threshold_2(«controller_2_threshold»),\n  .hit_0", "controller_1_threshold", "ceiling"),
     ("extractor", ".hit_2(«decision_2_hit»),\n  .centre_0", "decision_1_hit", "frames"),
-    ("extractor", ".maximum(«decision_2_maximum»),\n  .hit(", "decision_1_maximum", "threshold limits"),
+    (
+        "extractor",
+        ".maximum(«decision_2_maximum»),\n  .hit(decision_2_hit),\n  .centre(",
+        "decision_1_maximum",
+        "threshold limits",
+    ),
     (
         "extractor",
         ".centre(«scale_pair_2_centre[(32'h0)+:(14)]»)",

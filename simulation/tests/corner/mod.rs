@@ -399,15 +399,18 @@ fn thresholds_stop_at_their_limits(simulator: &Simulator) -> Outcome {
         }
         follows(&mut bench, &frame, &mut number, 0)?;
     }
-    // Far more is wanted than there is, with enough for a step down and with one too little, over ground so dull that
-    // there are maxima in the lowest bin and below it.
+    // Far more is wanted than there is, with enough for a step down and with one too little. Ground so dull that there
+    // are maxima in the lowest bin and below it, which short responses may not have.
     let (ground, floor) = (ground(design, 128, 96, 12), floor(design));
-    let dull = (0..16).map(|shift| ground.map(|sample| sample >> shift)).find_map(|pixels| {
-        let maxima = Frame::new(design, pixels.clone(), &all(1, 1)).planes.maxima().swap_remove(0);
-        let [all, reach, above] = [1, floor, floor + (floor >> 3).max(1)].map(|threshold| maxima.count(threshold));
-        (reach > above && (floor == 1 || all > reach)).then_some((pixels, reach))
-    });
-    let Some((pixels, reach)) = dull else { return fail("bench", "no ground is dull enough") };
+    let reaching = |pixels: &Plane<u16>, threshold: u32| {
+        Frame::new(design, pixels.clone(), &all(1, 1)).planes.maxima()[0].count(threshold)
+    };
+    let is_dull = |pixels: &Plane<u16>| {
+        let [any, reach, above] = [1, floor, floor + (floor >> 3).max(1)].map(|threshold| reaching(pixels, threshold));
+        reach > above && (floor == 1 || any > reach)
+    };
+    let pixels = (0..16).map(|shift| ground.map(|sample| sample >> shift)).find(is_dull).unwrap_or(ground);
+    let reach = reaching(&pixels, floor);
     for (first, others) in [(1, 1), (2, largest), (floor, floor + 1), (8 * floor + 7, 8 * floor + 8), (largest, 64)] {
         for target in [8 * reach, 8 * reach + 1] {
             follows(&mut bench, &Frame::new(design, pixels.clone(), &all(first, others)), &mut number, target)?;
