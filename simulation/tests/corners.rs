@@ -219,18 +219,6 @@ const FAULTS_OF_THREE_SCALES: &[Fault] = &[
     ("extractor", ".hit_2(«decision_2_hit»),\n  .centre_0", "decision_1_hit", "frames"),
     (
         "extractor",
-        ".maximum(«decision_2_maximum»),\n  .hit(decision_2_hit),\n  .centre(",
-        "decision_1_maximum",
-        "threshold limits",
-    ),
-    (
-        "extractor",
-        ".centre(«scale_pair_2_centre[(32'h0)+:(14)]»)",
-        "scale_pair_1_centre[(32'h0)+:(14)]",
-        "threshold limits",
-    ),
-    (
-        "extractor",
         ".centre_2(«scale_pair_2_centre[(32'h0)+:(14)]»),\n  .keep_0",
         "scale_pair_1_centre[(32'h0)+:(14)]",
         "ceiling",
