@@ -42,6 +42,7 @@
 //!
 //! | module | its one job |
 //! |---|---|
+//! | `prediction` | where landmarks are expected in the present frame |
 //! | `projection` | the image of a landmark in the present frame, with its derivatives |
 //! | `readings` | the updates by attitude and laser |
 //! | `rotation` | small rotations as vectors |
@@ -49,14 +50,16 @@
 //!
 //! Nothing here allocates after [`Filter::new`].
 
+mod prediction;
 mod projection;
 mod readings;
 mod rotation;
 mod sightings;
 
 use hoverlock_reference::motion::observation::SensorErrors;
-use hoverlock_reference::motion::orthophoto::{Attitude, Camera};
-use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2, Vector3};
+use hoverlock_reference::motion::orthophoto::Attitude;
+use nalgebra::{Matrix3, SMatrix, Vector2, Vector3};
+pub use prediction::Prediction;
 use projection::{CameraErrors, MovingCamera, PairState};
 use rotation::{exponential, orthonormal, skew};
 use sightings::Scratch;
@@ -166,15 +169,6 @@ pub struct CameraPose {
     pub position: Vector3<f64>,
     /// Camera to level frame.
     pub rotation: Matrix3<f64>,
-}
-
-/// The predicted image of a landmark with its covariance.
-#[derive(Debug, Clone, Copy)]
-pub struct Prediction {
-    /// Position, px.
-    pub image: Vector2<f64>,
-    /// Covariance from poses, errors of the camera and height, px^2.
-    pub covariance: Matrix2<f64>,
 }
 
 /// The filter.
@@ -548,28 +542,6 @@ impl Filter {
     fn pair_covariance(&self, k: usize) -> SMatrix<f64, PAIR, PAIR> {
         let states = pair_states(k);
         SMatrix::from_fn(|i, j| self.at(states[i], states[j]))
-    }
-
-    /// Predicts the images of pixels of keyframe `k`; `out` is called with the index of each that is seen.
-    pub fn images(
-        &self,
-        k: usize,
-        cameras: [&Camera; 2],
-        pixels: impl Iterator<Item = Vector2<f64>>,
-        mut out: impl FnMut(usize, Prediction),
-    ) {
-        let Some(state) = self.pair_state(k) else { return };
-        let pair = self.pair_covariance(k);
-        for (index, pixel) in pixels.enumerate() {
-            if let Some(seen) = state.project(cameras, &pixel) {
-                let by = seen.by_pair();
-                let g = seen.by_height * self.height_sigma;
-                out(
-                    index,
-                    Prediction { image: seen.image, covariance: by * pair * by.transpose() + g * g.transpose() },
-                );
-            }
-        }
     }
 
     /// Returns the number of states up to the last keyframe; the others have no covariance.

@@ -1,19 +1,27 @@
 //! Keyframes: the features of earlier frames as landmarks, and matching where the filter predicts them.
 //!
-//! A landmark counts once it was seen [`MIN_GOOD_SIGHTINGS`] times at its place: features of cars are not. Each has its
-//! own covariance of residuals, so that a feature which slides along an edge, or belongs to a crown of leaves, loses
-//! weight in that direction alone.
+//! A landmark is proven once it was seen [`MIN_GOOD_SIGHTINGS`] times at its place, and as long as one of
+//! [`MAX_FRAMES_PER_SIGHTING`] frames that should show it does: features of cars are not, though one or another passes
+//! by the place. Each has its own covariance of residuals, so that a feature which slides along an edge, or belongs to
+//! a crown of leaves, loses weight in that direction alone.
 
 use crate::filter::{Filter, Prediction, Sighting};
+use crate::line::MIN_FEATURES;
 use hoverlock_reference::features::feature::Feature;
 use hoverlock_reference::motion::budget::Budget;
 use hoverlock_reference::motion::orthophoto::Camera;
 use nalgebra::{Matrix2, Vector2};
 
-/// Good sightings after which a landmark counts.
+/// Good sightings after which a landmark may be proven.
 const MIN_GOOD_SIGHTINGS: u32 = 3;
-/// Landmarks that must count before others are left out.
-const MIN_PROVEN_LANDMARKS: usize = 20;
+/// Frames that should show a proven landmark, at most, for each good sighting.
+const MAX_FRAMES_PER_SIGHTING: u32 = 8;
+/// Proven landmarks of a frame from which on the others do not count.
+const MIN_PROVEN_LANDMARKS: usize = 8;
+/// Inliers that a frame needs at least, if only proven landmarks count and if all do.
+const MIN_INLIERS: [usize; 2] = [5, MIN_FEATURES];
+/// Comparisons for each further inlier that it needs: one chance match in hundreds of comparisons.
+const COMPARISONS_PER_INLIER: usize = 50;
 /// Sightings over which the covariance of residuals is averaged.
 const AVERAGED_SIGHTINGS: u32 = 16;
 /// Factor of the covariance of residuals.
@@ -38,7 +46,10 @@ const PREDICTION_WORK: usize = 40;
 /// A feature of a keyframe with its history.
 #[derive(Debug, Clone, Copy, Default)]
 struct Landmark {
+    /// Good sightings.
     good: u32,
+    /// Frames that should show it.
+    expected: u32,
     residual: Matrix2<f64>,
 }
 
@@ -84,16 +95,26 @@ impl Keyframe {
 
     /// Returns the covariance of a sighting of a landmark, px^2.
     pub fn sighting_covariance(&self, landmark: usize) -> Matrix2<f64> {
-        let Landmark { good, residual } = self.landmarks[landmark];
+        let Landmark { good, residual, .. } = self.landmarks[landmark];
         if good < MIN_GOOD_SIGHTINGS {
             return Matrix2::identity() * (NEW_SIGMA_PX * NEW_SIGMA_PX);
         }
         Matrix2::identity() * (MIN_SIGMA_PX * MIN_SIGMA_PX) + residual * RESIDUAL_FACTOR
     }
 
-    /// Updates the landmarks by the sightings of a frame that was fitted to `inliers` of them.
-    pub fn learn(&mut self, sightings: &[Sighting], inliers: usize) {
+    /// Returns `true` if a landmark was seen often enough at its place.
+    fn is_proven(&self, landmark: usize) -> bool {
+        let Landmark { good, expected, .. } = self.landmarks[landmark];
+        good >= MIN_GOOD_SIGHTINGS && good.saturating_mul(MAX_FRAMES_PER_SIGHTING) >= expected
+    }
+
+    /// Updates the landmarks by the sightings of a frame that was fitted to `inliers` of them, and by what
+    /// [`match_predicted`] expected in it, if it was called.
+    pub fn learn(&mut self, sightings: &[Sighting], inliers: usize, expected: &[Option<Prediction>]) {
         self.best_inliers = self.best_inliers.max(inliers);
+        for (landmark, _) in self.landmarks.iter_mut().zip(expected).filter(|(_, prediction)| prediction.is_some()) {
+            landmark.expected = landmark.expected.saturating_add(1);
+        }
         for sighting in sightings.iter().filter(|sighting| sighting.is_consistent()) {
             let landmark = &mut self.landmarks[sighting.landmark];
             landmark.good += 1;
@@ -106,8 +127,8 @@ impl Keyframe {
 
 /// Reusable memory of the matching.
 pub struct MatchMemory {
-    /// Prediction of each landmark.
-    predicted: Vec<Option<Prediction>>,
+    /// Prediction of each landmark; `None` if the frame should not show it.
+    pub predicted: Vec<Option<Prediction>>,
     /// For each feature of the present frame, the landmark that resembles it most.
     taken: Vec<Option<(u32, usize)>>,
     shifts: Vec<Vector2<f64>>,
@@ -134,8 +155,8 @@ pub fn position(feature: &Feature) -> Vector2<f64> {
 }
 
 /// Matches the landmarks of keyframe `k` with the features of the present frame, in raster order, where the filter
-/// predicts them, into `memory.sightings`. Returns the number of descriptors that were compared; `None` if the
-/// prediction is too uncertain for that, or if the budget is exhausted.
+/// predicts them, into `memory.sightings`. Returns the number of inliers that the frame needs; `None` if the prediction
+/// is too uncertain for a matching, or if the budget is exhausted.
 pub fn match_predicted(
     filter: &Filter,
     k: usize,
@@ -165,7 +186,8 @@ pub fn match_predicted(
     });
     taken.clear();
     taken.resize(current.len(), None);
-    let mut comparisons = 0;
+    // Of landmarks that are not proven, and of proven ones.
+    let mut comparisons = [0; 2];
     let mut largest: f64 = 0.0;
     for (landmark, prediction) in predicted.iter().enumerate() {
         let Some(prediction) = prediction else { continue };
@@ -193,7 +215,7 @@ pub fn match_predicted(
             if miss.dot(&(inverse * miss)) > GATE_SIGMAS * GATE_SIGMAS {
                 continue;
             }
-            comparisons += 1;
+            comparisons[usize::from(keyframe.is_proven(landmark))] += 1;
             let differ = feature.descriptor.hamming(&other.descriptor, false);
             if differ <= MAX_HAMMING && best.is_none_or(|(least, _)| differ < least) {
                 best = Some((differ, index));
@@ -205,7 +227,7 @@ pub fn match_predicted(
             taken[index] = Some((differ, landmark));
         }
     }
-    if !budget.spend(comparisons) {
+    if !budget.spend(comparisons.iter().sum()) {
         return None;
     }
     sightings.clear();
@@ -216,14 +238,16 @@ pub fn match_predicted(
             reference: position(&keyframe.features[*landmark]),
             current: position(&current[index]),
             covariance: keyframe.sighting_covariance(*landmark),
-            counts: keyframe.landmarks[*landmark].good >= MIN_GOOD_SIGHTINGS,
+            counts: keyframe.is_proven(*landmark),
             chi2: 0.0,
             residual: Vector2::zeros(),
         });
     }
-    if sightings.iter().filter(|sighting| sighting.counts).count() < MIN_PROVEN_LANDMARKS {
+    let is_startup = sightings.iter().filter(|sighting| sighting.counts).count() < MIN_PROVEN_LANDMARKS;
+    if is_startup {
         sightings.iter_mut().for_each(|sighting| sighting.counts = true);
     }
+    let counted = if is_startup { comparisons.iter().sum() } else { comparisons[1] };
     if largest > VOTE_RADIUS_PX {
         shifts.clear();
         shifts.extend(sightings.iter().map(|sighting| {
@@ -234,7 +258,7 @@ pub fn match_predicted(
         }
         keep_consensus(shifts, sightings);
     }
-    Some(comparisons)
+    Some(MIN_INLIERS[usize::from(is_startup)] + counted / COMPARISONS_PER_INLIER)
 }
 
 /// Returns half the width and half the height of the gate, px.
@@ -242,13 +266,14 @@ fn gate_reach(covariance: &Matrix2<f64>) -> [f64; 2] {
     [0, 1].map(|axis| GATE_SIGMAS * covariance[(axis, axis)].sqrt())
 }
 
-/// Keeps the sightings whose shift from the prediction is near the one on which most agree.
+/// Keeps the sightings whose shift from the prediction is near the one on which most of those that count agree.
 fn keep_consensus(shifts: &[Vector2<f64>], sightings: &mut Vec<Sighting>) {
     let radius = VOTE_RADIUS_PX * VOTE_RADIUS_PX;
-    let votes = |shift: &Vector2<f64>| shifts.iter().filter(|other| (*other - shift).norm_squared() <= radius).count();
-    let step = shifts.len().div_ceil(MAX_VOTE_CANDIDATES).max(1);
+    let counting = || shifts.iter().zip(&*sightings).filter(|(_, sighting)| sighting.counts).map(|(shift, _)| *shift);
+    let votes = |shift: &Vector2<f64>| counting().filter(|other| (other - shift).norm_squared() <= radius).count();
+    let step = counting().count().div_ceil(MAX_VOTE_CANDIDATES).max(1);
     // The last of equals is taken, which is the same everywhere.
-    let Some(best) = shifts.iter().step_by(step).max_by_key(|shift| votes(shift)) else { return };
+    let Some(best) = counting().step_by(step).max_by_key(|shift| votes(shift)) else { return };
     let mut index = 0;
     sightings.retain(|_| {
         index += 1;

@@ -12,6 +12,9 @@ use hoverlock_reference::motion::refusal::Refusal;
 use serde::{Serialize, Serializer};
 use std::fmt::Display;
 
+/// Features that a frame needs at least, to be captured as well as to be estimated.
+pub const MIN_FEATURES: usize = 8;
+
 /// The kind of result that a frame has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -44,6 +47,9 @@ pub enum Reason {
     /// The telemetry of the frame was not received before the next frame.
     #[error("no telemetry for this frame")]
     Telemetry,
+    /// The frame has too few features for any estimate: a constant picture has none.
+    #[error("the frame shows {0} features, and {MIN_FEATURES} are needed")]
+    Features(usize),
     /// No reference has been captured.
     #[error("no reference; send the command to capture one")]
     Reference,

@@ -25,7 +25,7 @@
 
 use crate::filter::{Filter, MAX_KEYFRAMES, Sighting, Step};
 use crate::keyframe::{Keyframe, MatchMemory, match_predicted, position};
-use crate::line::{Estimate, Reason};
+use crate::line::{Estimate, MIN_FEATURES, Reason};
 use crate::message::{InertialSample, Telemetry};
 use hoverlock_reference::features::feature::Feature;
 use hoverlock_reference::motion::budget::Budget;
@@ -67,9 +67,7 @@ const SCALE_DISTANCE: f64 = 4.0;
 const OVERLAP_GRID: (u32, u32) = (16, 12);
 
 /// Inliers that a keyframe needs at least.
-const MIN_INLIERS: usize = 8;
-/// Comparisons for each further inlier that it needs: one chance match in hundreds of comparisons.
-const COMPARISONS_PER_INLIER: usize = 50;
+const MIN_INLIERS: usize = MIN_FEATURES;
 /// Part of the work of a frame that is reserved for fits: two, or one without samples of the IMU.
 pub const RESERVED_WORK: u64 = 700_000;
 
@@ -193,7 +191,7 @@ impl Tracker {
     /// Makes a frame the origin and the only keyframe.
     ///
     /// # Errors
-    /// If its readings are no view of the ground.
+    /// If its readings are no view of the ground, or if it has too few features.
     pub fn capture(
         &mut self,
         frame: Option<u32>,
@@ -202,6 +200,9 @@ impl Tracker {
         features: &[Feature],
     ) -> Result<(), Reason> {
         let view = View::new(camera, telemetry.attitude, telemetry.range)?;
+        if features.len() < MIN_FEATURES {
+            return Err(Reason::Features(features.len()));
+        }
         let width = camera.last_pixel().x / camera.focal() * view.height();
         let is_known = self.predict(telemetry);
         let (height, attitude, sensors) = (view.height(), &telemetry.attitude, &telemetry.sensors);
@@ -240,6 +241,9 @@ impl Tracker {
             && self.first_heights.len() < MAX_FIRST_HEIGHTS
         {
             self.first_heights.push(view.height());
+        }
+        if features.len() < MIN_FEATURES {
+            return Err(Reason::Features(features.len()));
         }
         let present = Present { frame, telemetry, camera, features };
         let found = self.find(&present, search, fit);
@@ -342,8 +346,7 @@ impl Tracker {
         let memory = &mut self.memory;
         let matched = match_predicted(filter, k, keyframe, &present.camera, present.features, memory, search);
         mark(Part::Pose);
-        let min_inliers = MIN_INLIERS + matched? / COMPARISONS_PER_INLIER;
-        self.fit(k, present, min_inliers, fit).ok()
+        self.fit(k, present, matched?, fit).ok()
     }
 
     /// Fits the filter to the sightings of keyframe `k`.
@@ -369,7 +372,7 @@ impl Tracker {
             let few = fitted.inliers < min_inliers;
             return Err(if few { Reason::Sightings(fitted.inliers) } else { Reason::Implausible(fitted.innovation) });
         }
-        keyframe.learn(sightings, fitted.inliers);
+        keyframe.learn(sightings, fitted.inliers, &self.memory.predicted);
         self.inliers.clear();
         let inliers = sightings.iter().filter(|sighting| sighting.is_inlier());
         self.inliers.extend(inliers.map(|found| Pair { reference: found.reference, current: found.current }));
@@ -405,6 +408,7 @@ impl Tracker {
         let observation = |view| Observation { view, errors: readings.sensors.into() };
         sensor_pattern::check(&self.inliers, &observation(views[0]), &observation(current))?;
         let sightings = &mut self.memory.sightings;
+        self.memory.predicted.clear();
         sightings.clear();
         sightings.extend(motion.inliers.iter().map(|&i| Sighting {
             landmark: motion.matches[i].reference,

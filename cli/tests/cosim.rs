@@ -249,8 +249,6 @@ fn a_bad_sequence_is_one_line_and_status_2() {
     refused(&["cosim", folder], "holds one picture");
     save(other.path(), "01.png", &Plane::from_fn(100, 90, |x, y| ground(x as f64, y as f64)));
     refused(&["cosim", folder], "01.png: is 100x90, and the frames before are 320x240");
-    save(other.path(), "01.png", &Plane::filled(WIDTH, HEIGHT, 7));
-    refused(&["cosim", folder], "01.png");
     put("01.png", b"no picture");
     refused(&["cosim", folder], "01.png");
     save(other.path(), "01.png", &seen(&FLIGHT[1]));
@@ -270,6 +268,99 @@ fn a_bad_sequence_is_one_line_and_status_2() {
     assert!(line.contains("/missing/hoverlock-nav") && line.contains("make arm"), "{line}");
     // A page that cannot be written leaves nothing behind.
     refused(&["cosim", sequence, "--out", &format!("{sequence}/00.png")], "00.png");
+}
+
+/// Returns a folder of the flight in which some frames are replaced.
+fn flight_with(frames: &[(usize, Plane<u16>)]) -> tempfile::TempDir {
+    let folder = flight();
+    for (i, picture) in frames {
+        save(folder.path(), &format!("{i:02}.png"), picture);
+    }
+    folder
+}
+
+/// Pictures without features: black, white, one grey, and fog, whose light falls evenly from the top to the bottom.
+fn featureless() -> [Plane<u16>; 4] {
+    let fog = Plane::from_fn(WIDTH, HEIGHT, |_, y| 30_000 - 20 * y as u16);
+    [Plane::filled(WIDTH, HEIGHT, 0), Plane::filled(WIDTH, HEIGHT, u16::MAX), Plane::filled(WIDTH, HEIGHT, 7), fog]
+}
+
+/// Asserts that an estimate is within its protection level and within 15 cm.
+#[track_caller]
+fn assert_covered(estimate: &Value, place: [f64; 2]) {
+    let [x, y, level] = ["x_e_m", "y_e_m", "protection_level_m"].map(|key| estimate[key].as_f64().unwrap());
+    let error = (x - place[0]).hypot(y - place[1]);
+    assert!(error < level && error < 0.15, "{error} m, protection level {level} m");
+}
+
+#[test]
+fn a_frame_without_features_has_no_estimate_and_the_others_keep_theirs() {
+    let why = "the frame shows 0 features, and 8 are needed";
+    for (number, picture) in featureless().into_iter().enumerate() {
+        // In the middle or at the end: the frames beside it are estimated.
+        for blank in [2, 3] {
+            let folder = flight_with(&[(blank, picture.clone())]);
+            let sequence = folder.path().to_str().unwrap();
+            let (report, text) = json(&["cosim", sequence]);
+            let estimates = report["estimates"].as_array().unwrap();
+            assert_eq!((&report["ok"], estimates.len()), (&true.into(), 4), "{number}: {text}");
+            for (i, (estimate, place)) in estimates.iter().zip(&FLIGHT).enumerate().skip(1) {
+                if i == blank {
+                    assert_eq!((&estimate["status"], &estimate["reason"]), (&"none".into(), &why.into()), "{text}");
+                    assert!(estimate["x_e_m"].is_null() && estimate["protection_level_m"].is_null(), "{text}");
+                } else {
+                    assert_covered(estimate, [place.0[0], place.0[1]]);
+                }
+            }
+            let table = hoverlock(&["cosim", sequence]);
+            let row = format!("{blank:02}.png         none      {why}; 0 features");
+            assert!(String::from_utf8_lossy(&table.stdout).contains(&row), "{table:?}");
+        }
+    }
+}
+
+#[test]
+fn a_first_frame_without_features_leaves_the_reference_to_the_next() {
+    for (number, picture) in featureless().into_iter().enumerate() {
+        let folder = flight_with(&[(0, picture)]);
+        let out = folder.path().join("page");
+        let (report, text) = json(&["cosim", folder.path().to_str().unwrap(), "--out", out.to_str().unwrap()]);
+        let estimates = report["estimates"].as_array().unwrap();
+        assert_eq!(
+            (estimates.len(), &estimates[0]["status"], &estimates[1]["status"]),
+            (4, &"none".into(), &"reference".into()),
+            "{number}: {text}"
+        );
+        assert!(estimates[0]["reason"].as_str().unwrap().contains("shows 0 features"), "{text}");
+        for (estimate, place) in estimates.iter().zip(&FLIGHT).skip(2) {
+            assert_covered(estimate, [0, 1].map(|axis| place.0[axis] - FLIGHT[1].0[axis]));
+        }
+        let page = fs::read_to_string(out.join("index.html")).unwrap();
+        assert!(page.contains("shows 0 features") && page.contains("2 estimates in 4 frames"), "{number}");
+    }
+}
+
+#[test]
+fn a_sequence_without_any_feature_ends_with_its_reason() {
+    let blank: Vec<_> = (0..4).zip(featureless()).collect();
+    let folder = flight_with(&blank);
+    let out = folder.path().join("page");
+    let (report, text) = json(&["cosim", folder.path().to_str().unwrap(), "--out", out.to_str().unwrap()]);
+    assert_eq!((&report["ok"], lines(&text).len()), (&false.into(), 4));
+    let reason = report["reason"].as_str().unwrap();
+    assert!(reason.starts_with("no frame has an estimate: the frame shows 0 features"), "{text}");
+    assert!(fs::read_to_string(out.join("index.html")).unwrap().contains("no frame has an estimate: the frame shows"));
+}
+
+/// The thresholds of the hardware adapt through frames without features as those of the model do.
+#[test]
+fn hardware_and_model_agree_on_frames_without_features() {
+    let [black, white, ..] = featureless();
+    let folder = flight_with(&[(0, black), (2, white)]);
+    let sequence = folder.path().to_str().unwrap();
+    let (_, fixed) = json(&["cosim", sequence]);
+    let (_, rtl) = json(&["cosim", sequence, "--features", "rtl"]);
+    assert_eq!(lines(&fixed), lines(&rtl));
 }
 
 #[test]

@@ -79,7 +79,7 @@ pub struct CosimOutcome {
     pub telemetry: &'static str,
     /// The lines of the flight program, one per frame, byte for byte.
     pub estimates: Vec<Box<RawValue>>,
-    /// The position of each frame by the homographies of the folder.
+    /// The position of each frame by the homographies of the folder, relative to the reference.
     pub pseudo_truth: Vec<Option<Position>>,
     /// Errors of the estimates against `pseudo_truth`; `None` if no frame has both.
     pub against_truth: Option<Accuracy>,
@@ -135,7 +135,7 @@ pub struct CosimFrame {
     pub picture: Plane<u16>,
     /// The line of the flight program.
     pub line: FlightLine,
-    /// The position by the homographies of the folder.
+    /// The position by the homographies of the folder, relative to the reference.
     pub truth: Option<PseudoTruth>,
     /// The inliers of the estimate.
     pub inliers: Vec<Pair>,
@@ -169,6 +169,7 @@ pub fn cosim(settings: &CosimSettings, monitor: &dyn Monitor) -> Result<CosimOut
     let (mut outputs, mut estimates) = (Vec::new(), Vec::new());
     let total = frames.len();
     let mut inertial = &inertial[..];
+    let mut origin: Option<PseudoTruth> = None;
     for (number, (((picture, name), telemetry), truth)) in
         frames.into_iter().zip(names).zip(&telemetry).zip(pseudo_truths).enumerate()
     {
@@ -196,6 +197,10 @@ pub fn cosim(settings: &CosimSettings, monitor: &dyn Monitor) -> Result<CosimOut
             row: None,
         };
         monitor.frame(&progress).map_err(CosimError::Stopped)?;
+        if output.line.is_reference() {
+            origin = truth;
+        }
+        let truth = truth.zip(origin).map(|(truth, origin)| truth.relative_to(&origin));
         outputs.push(CosimFrame { name, picture, line: output.line, truth, inliers: output.inliers });
     }
     drop(step);

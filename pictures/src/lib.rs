@@ -94,17 +94,26 @@ impl Picture {
         PictureFile::open(path, &Limits::default())?.decode()
     }
 
+    /// Returns the picture if it has at least `min_width` x `min_height` pixels.
+    ///
+    /// # Errors
+    /// The picture is smaller.
+    pub fn require_size(self, min_width: usize, min_height: usize) -> Result<Self, PictureError> {
+        check_size(&self.path, (self.luma.width(), self.luma.height()), (min_width, min_height))?;
+        Ok(self)
+    }
+
     /// Returns the picture if it has at least `min_width` x `min_height` pixels and at least two different values.
     ///
     /// # Errors
     /// The picture is smaller, or all pixels are equal.
     pub fn require(self, min_width: usize, min_height: usize) -> Result<Self, PictureError> {
-        check_size(&self.path, (self.luma.width(), self.luma.height()), (min_width, min_height))?;
-        let value = self.luma[(0, 0)];
-        if self.luma.as_slice().iter().all(|&code| code == value) {
-            return Err(PictureError::NoContrast { path: self.path, value });
+        let picture = self.require_size(min_width, min_height)?;
+        let value = picture.luma[(0, 0)];
+        if picture.luma.as_slice().iter().all(|&code| code == value) {
+            return Err(PictureError::NoContrast { path: picture.path, value });
         }
-        Ok(self)
+        Ok(picture)
     }
 
     /// Crops the picture to its centre of at most `width` x `height` pixels.

@@ -1,6 +1,6 @@
 //! The update by sightings of landmarks, with the letters of the [parent](super).
 
-use super::projection::PairState;
+use super::projection::{PairState, Projection};
 use super::{CELLS, Filter, PAIR, STATES, pair_states};
 use hoverlock_reference::motion::orthophoto::Camera;
 use nalgebra::{Matrix2, Matrix6, SMatrix, Vector2, Vector6};
@@ -67,6 +67,19 @@ pub struct Sighting {
 }
 
 impl Sighting {
+    /// Writes residual and chi squared at a state. Returns the projection; `None` if the landmark is not seen.
+    fn judge(&mut self, state: &PairState, cameras: [&Camera; 2], height_variance: f64) -> Option<Projection> {
+        self.chi2 = f64::INFINITY;
+        let seen = state.project(cameras, &self.reference)?;
+        let g = seen.by_height;
+        self.residual = self.current - seen.image;
+        let spread = self.covariance + g * g.transpose() * height_variance;
+        if let Some(inverse) = spread.try_inverse() {
+            self.chi2 = self.residual.dot(&(inverse * self.residual));
+        }
+        Some(seen)
+    }
+
     /// Returns `true` if the sighting counts and agrees with the fitted poses.
     pub fn is_inlier(&self) -> bool {
         self.counts && self.is_consistent()
@@ -278,15 +291,8 @@ impl Filter {
         let height_variance = self.height_variance();
         let mut any = false;
         for sighting in sightings.iter_mut().step_by(chosen) {
-            let Some(seen) = state.project(cameras, &sighting.reference) else {
-                sighting.chi2 = f64::INFINITY;
-                continue;
-            };
-            let residual = sighting.current - seen.image;
-            let g = seen.by_height;
-            let spread = sighting.covariance + g * g.transpose() * height_variance;
-            let chi2 = spread.try_inverse().map_or(f64::INFINITY, |inverse| residual.dot(&(inverse * residual)));
-            (sighting.residual, sighting.chi2) = (residual, chi2);
+            let Some(seen) = sighting.judge(state, cameras, height_variance) else { continue };
+            let (g, residual, chi2) = (seen.by_height, sighting.residual, sighting.chi2);
             let Some(inverse) = sighting.covariance.try_inverse().filter(|_| sighting.counts && chi2.is_finite())
             else {
                 continue;
@@ -338,22 +344,32 @@ impl Filter {
                 system[i * SYSTEM + j] = unit;
                 system[i * SYSTEM + PAIR + j] = poses[i.min(j)][i.max(j)];
                 system[(PAIR + i) * SYSTEM + j] = -covariance[states[i] * STATES + states[j]];
-                system[(PAIR + i) * SYSTEM + PAIR + j] = unit;
             }
         }
-        for ((b, c), d) in coupling.iter().zip(correlation).zip(heights) {
+        for ((b, c), d) in coupling.iter().zip(&*correlation).zip(&*heights) {
             let inverse = 1.0 / (1.0 + variance * *d);
             let is_correlated = c.iter().any(|value| *value != 0.0);
+            // `A'` and `P'` are symmetric: their upper triangles suffice, and `F` stands for its transpose.
             for i in 0..PAIR {
                 let [of_b, of_c] = [b[i] * inverse, c[i] * inverse];
+                let scaled = variance * of_b;
                 let row = &mut system[i * SYSTEM..(i + 1) * SYSTEM];
-                row[PAIR..].iter_mut().zip(b).for_each(|(value, other)| *value -= variance * of_b * other);
+                row[PAIR + i..].iter_mut().zip(&b[i..]).for_each(|(value, other)| *value -= scaled * other);
                 if is_correlated {
-                    row[..PAIR].iter_mut().zip(&*c).for_each(|(value, other)| *value += of_b * other);
-                    let row = &mut system[(PAIR + i) * SYSTEM..(PAIR + i + 1) * SYSTEM];
-                    row[..PAIR].iter_mut().zip(&*c).for_each(|(value, other)| *value += *d * of_c * other);
-                    row[PAIR..].iter_mut().zip(b).for_each(|(value, other)| *value += of_c * other);
+                    row[..PAIR].iter_mut().zip(c).for_each(|(value, other)| *value += of_b * other);
+                    let scaled = *d * of_c;
+                    let row = &mut system[(PAIR + i) * SYSTEM + i..(PAIR + i) * SYSTEM + PAIR];
+                    row.iter_mut().zip(&c[i..]).for_each(|(value, other)| *value += scaled * other);
                 }
+            }
+        }
+        for i in 0..PAIR {
+            for j in 0..PAIR {
+                system[(PAIR + i) * SYSTEM + PAIR + j] = system[j * SYSTEM + i];
+            }
+            for j in 0..i {
+                system[i * SYSTEM + PAIR + j] = system[j * SYSTEM + PAIR + i];
+                system[(PAIR + i) * SYSTEM + j] = system[(PAIR + j) * SYSTEM + i];
             }
         }
     }
@@ -373,7 +389,7 @@ impl Filter {
                 right[PAIR + i] += c[i] * scaled;
             }
         }
-        solve(system, right, SYSTEM, 1)?;
+        solve(system, right, SYSTEM, 1, 1)?;
         Some(std::array::from_fn(|i| right[PAIR + i]))
     }
 
@@ -445,7 +461,7 @@ impl Filter {
                 add(&mut below[i * STATES..(i + 1) * STATES], factor, p);
             }
         }
-        solve(system, gain, SYSTEM, STATES)?;
+        solve(system, gain, SYSTEM, STATES, active)?;
         let (above, below) = gain.split_at(PAIR * STATES);
         let (of_poses, of_heights) = product.split_at_mut(PAIR * STATES);
         of_poses.iter_mut().zip(above).for_each(|(value, solved)| *value = -solved);
@@ -469,9 +485,9 @@ impl Filter {
     }
 }
 
-/// Solves `A X = B` by elimination with row pivots: `a` is `size` x `size` and is destroyed, `b` has `columns` columns
-/// and becomes `X`, both row-major. Returns `None` if `A` is singular.
-pub(super) fn solve(a: &mut [f64], b: &mut [f64], size: usize, columns: usize) -> Option<()> {
+/// Solves `A X = B` by elimination with row pivots: `a` is `size` x `size` and is destroyed; the first `columns` of the
+/// `stride` columns of `b` become `X`, both row-major. Returns `None` if `A` is singular.
+pub(super) fn solve(a: &mut [f64], b: &mut [f64], size: usize, stride: usize, columns: usize) -> Option<()> {
     for i in 0..size {
         let magnitude = |row: &usize| a[row * size + i].abs();
         let pivot = (i..size).max_by(|one, other| magnitude(one).total_cmp(&magnitude(other)))?;
@@ -480,12 +496,12 @@ pub(super) fn solve(a: &mut [f64], b: &mut [f64], size: usize, columns: usize) -
         }
         if pivot != i {
             (0..size).for_each(|j| a.swap(i * size + j, pivot * size + j));
-            (0..columns).for_each(|j| b.swap(i * columns + j, pivot * columns + j));
+            (0..columns).for_each(|j| b.swap(i * stride + j, pivot * stride + j));
         }
         let (upper, lower) = a.split_at_mut((i + 1) * size);
-        let (b_upper, b_lower) = b.split_at_mut((i + 1) * columns);
-        let (row, b_row) = (&upper[i * size..], &b_upper[i * columns..]);
-        for (other, b_other) in lower.chunks_exact_mut(size).zip(b_lower.chunks_exact_mut(columns)) {
+        let (b_upper, b_lower) = b.split_at_mut((i + 1) * stride);
+        let (row, b_row) = (&upper[i * size..], &b_upper[i * stride..][..columns]);
+        for (other, b_other) in lower.chunks_exact_mut(size).zip(b_lower.chunks_exact_mut(stride)) {
             let factor = other[i] / row[i];
             if factor != 0.0 {
                 (i..size).for_each(|j| other[j] -= factor * row[j]);
@@ -494,9 +510,9 @@ pub(super) fn solve(a: &mut [f64], b: &mut [f64], size: usize, columns: usize) -
         }
     }
     for i in (0..size).rev() {
-        let (upper, lower) = b.split_at_mut((i + 1) * columns);
-        let row = &mut upper[i * columns..];
-        for (j, below) in (i + 1..size).zip(lower.chunks_exact(columns)) {
+        let (upper, lower) = b.split_at_mut((i + 1) * stride);
+        let row = &mut upper[i * stride..][..columns];
+        for (j, below) in (i + 1..size).zip(lower.chunks_exact(stride)) {
             let factor = a[i * size + j];
             row.iter_mut().zip(below).for_each(|(value, other)| *value -= factor * other);
         }

@@ -99,6 +99,21 @@ pub fn seen_beside_a_roof(points: usize, place: (f64, f64), noise: u32) -> Vec<F
     })
 }
 
+/// Returns the records of a hover over a road at a time (s): two thirds of the `points` points are on cars in lanes of
+/// 64 px, of which each has its speed, and a frame shows 45 % of the others. Positions have errors of up to 0.2 px.
+pub fn seen_on_a_road(points: usize, seconds: f64, noise: u32) -> Vec<FeatureRecord> {
+    imaged(points, 1.0, noise, |point, noise| {
+        let mut error = || noise.random_range(-0.2..0.2);
+        let (x, y) = (point.x + error(), point.y + error());
+        if point.y % 96.0 < 64.0 {
+            let lane = (point.y / 96.0).floor();
+            let speed = (50.0 + 9.0 * lane) * if lane % 2.0 == 0.0 { 1.0 } else { -1.0 };
+            return [(x + speed * seconds).rem_euclid(SIZE.0 as f64), y];
+        }
+        if noise.random::<f64>() < 0.45 { [x, y] } else { [f64::INFINITY; 2] }
+    })
+}
+
 /// Height of the roof, m.
 const ROOF: f64 = 24.0;
 

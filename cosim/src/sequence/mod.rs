@@ -114,11 +114,11 @@ pub enum SequenceError {
 /// Reads a folder of pictures in the order of their names, with the optional files [`TELEMETRY`], [`INERTIAL`]
 /// and [`HOMOGRAPHIES`].
 /// Pictures larger than a frame of `kt27` are cropped to their centre, and the field of view is reduced accordingly.
-/// The monitor receives a remark for each picture that is turned or cropped.
+/// The monitor receives a remark for each picture that is turned or cropped. A picture of one value is a frame.
 ///
 /// # Errors
-/// The folder has fewer than two pictures, pictures of different sizes, a picture with fewer than 64 rows or columns or
-/// without contrast, or a file that cannot be read.
+/// The folder has fewer than two pictures, pictures of different sizes, a picture with fewer than 64 rows or columns,
+/// or a file that cannot be read.
 pub fn read(folder: &Path, limits: &Limits, monitor: &dyn Monitor) -> Result<Sequence, SequenceError> {
     if !folder.is_dir() {
         return Err(SequenceError::NotAFolder(folder.into()));
@@ -133,7 +133,7 @@ pub fn read(folder: &Path, limits: &Limits, monitor: &dyn Monitor) -> Result<Seq
     for path in &files {
         let file = PictureFile::open(path, limits)?.require(MIN_SIDE, MIN_SIDE)?;
         folder::remarks(&file, Some((frame_width, frame_height))).iter().for_each(|remark| monitor.remark(remark));
-        let picture = file.decode()?.require(MIN_SIDE, MIN_SIDE)?;
+        let picture = file.decode()?.require_size(MIN_SIDE, MIN_SIDE)?;
         let size = (picture.luma.width(), picture.luma.height());
         if !frames.is_empty() && size != whole {
             let ((width, height), (first_width, first_height)) = (size, whole);

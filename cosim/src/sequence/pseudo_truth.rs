@@ -22,6 +22,13 @@ pub struct PseudoTruth {
     pub is_chained: bool,
 }
 
+impl PseudoTruth {
+    /// Returns the position relative to that of another frame: the reference, if it is not frame 0.
+    pub(crate) fn relative_to(&self, origin: &Self) -> Self {
+        Self { displacement: self.displacement - origin.displacement, is_chained: self.is_chained || origin.is_chained }
+    }
+}
+
 /// Why a table of homographies was refused.
 #[derive(Debug, thiserror::Error)]
 #[error("{path}: the homographies cannot be read: {source}")]

@@ -1,0 +1,43 @@
+//! Flights in which the estimate errs by more than the covariance says: the running NIS and the residuals that a block of
+//! the picture has in common must raise the protection level (decision 034).
+
+use std::path::Path;
+
+use hoverlock_cosim::{HoverOutcome, HoverSettings, hover};
+
+/// Flies the beginning of a scenario of the repository.
+fn flown(scenario: &str, seconds: f64) -> HoverOutcome {
+    let mut settings = HoverSettings::default();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(scenario);
+    settings.read_scenario(&path).unwrap();
+    settings.seconds = seconds;
+    hover(&settings, &()).unwrap()
+}
+
+/// Asserts that no estimate is misleading and that nearly all frames have one. Returns the largest error, m, and the
+/// number of frames whose error exceeds 4.8 standard errors and 5 cm: without the raise they would mislead.
+fn judged(outcome: &HoverOutcome, min_available: f64) -> (f64, usize) {
+    let summary = &outcome.summary;
+    let errors = || outcome.rows.iter().filter_map(|row| Some((row.error()?.norm(), row.line.covariance_m2?)));
+    let largest = errors().map(|(error, _)| error).fold(0.0, f64::max);
+    let beyond = |(error, [xx, _, _, yy]): &(f64, [f64; 4])| *error > (4.8 * xx.max(*yy).sqrt()).max(0.05);
+    let uncovered = errors().filter(beyond).count();
+    let what = format!("error {largest:.3} m, {uncovered} beyond the covariance, {summary:?}");
+    assert_eq!(summary.misleading, 0, "{what}");
+    assert!(summary.available.unwrap() >= min_available, "{what}");
+    (largest, uncovered)
+}
+
+#[test]
+#[ignore = "a flight of 6 s"]
+fn a_step_of_the_bias_does_not_mislead() {
+    let (error, _) = judged(&flown("bias-step.toml", 6.0), 0.97);
+    assert!(error < 0.5, "{error} m");
+}
+
+#[test]
+#[ignore = "a flight of 5 s"]
+fn tall_buildings_in_low_sun_do_not_mislead() {
+    let (error, uncovered) = judged(&flown("tall-buildings.toml", 5.0), 0.9);
+    assert!(uncovered > 0, "{error} m: the flight no longer needs the raise; fly a harder one");
+}
