@@ -1,5 +1,5 @@
-//! Flights in which the estimate errs by more than the covariance says: the running NIS and the residuals that a block of
-//! the picture has in common must raise the protection level (decision 034).
+//! Flights in which the estimate errs by more than the covariance says: the running NIS and the residuals that a block
+//! of the picture has in common must raise the protection level (decision 034).
 
 use std::path::Path;
 

@@ -18,8 +18,8 @@ pub struct Prediction {
 }
 
 impl Filter {
-    /// Predicts the images of pixels of keyframe `k`; `out` is called with the index of each that is seen. All pixels of
-    /// a block of the keyframe have the covariance of its middle, to which each adds that of its height.
+    /// Predicts the images of pixels of keyframe `k`; `out` is called with the index of each that is seen. All pixels
+    /// of a block of the keyframe have the covariance of its middle, to which each adds that of its height.
     pub fn images(
         &self,
         k: usize,
