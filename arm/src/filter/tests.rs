@@ -392,7 +392,7 @@ fn factor_with_common_residuals(common_px: f64) -> f64 {
         filter.update_attitude(&Attitude::default(), &SENSORS);
         let mut seen = sightings(&filter, Vector3::zeros(), CameraErrors::default(), &mut rng);
         for sighting in &mut seen {
-            let side = if (sighting.reference.x / 256.0) as u32 % 2 == 0 { 1.0 } else { -1.0 };
+            let side = if ((sighting.reference.x / 256.0) as u32).is_multiple_of(2) { 1.0 } else { -1.0 };
             sighting.current.y += side * common_px;
             // What a keyframe has learnt of such landmarks.
             sighting.covariance += Matrix2::identity() * (3.0 * common_px * common_px);
