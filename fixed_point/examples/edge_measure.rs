@@ -13,7 +13,7 @@ use hoverlock_design::KT27;
 use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_fixed_point::model::record::FeatureRecord;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
-use hoverlock_fixed_point::model::threshold::{ThresholdController, count_per_scale};
+use hoverlock_fixed_point::model::threshold::ThresholdController;
 use hoverlock_pictures::Picture;
 use hoverlock_pictures::conditions::{COMBINED, Condition, FOG, NOMINAL};
 use hoverlock_reference::features::feature::Feature;
@@ -110,7 +110,7 @@ fn points(model: &mut SimdBitTrue, frame: &Plane<u16>) -> Vec<Point> {
     let mut control = ThresholdController::new(&KT27);
     model.frame(&camera_samples(&KT27, frame), control.thresholds());
     let planes = model.planes();
-    control.settle(|thresholds| count_per_scale(&planes.features(thresholds)));
+    control.settle(&planes.maxima());
     let records = planes.features(control.thresholds());
     records.into_iter().map(|record| point(record, &planes.layers[usize::from(record.scale)].dog.magnitude)).collect()
 }
