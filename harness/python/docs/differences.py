@@ -530,12 +530,14 @@ def own_triggers() -> None:
 
 @row(
     "times between two steps", "`round_mode` decides; an error without it",
-    "exact: time is counted in femtoseconds",
+    "exact without `round_mode`: time is counted in femtoseconds; with it, rounded to 1 ps as in cocotb",
 )  # fmt: skip
 @bench()
 async def fractions(dut: Any) -> None:
     await Timer(1.5, "ps")
     assert hoverlock.get_sim_time("fs") == 1500
+    await Timer(17.353715901410474, "ps", round_mode="ceil")
+    assert hoverlock.get_sim_time("fs") == 19_500
 
 
 @row(

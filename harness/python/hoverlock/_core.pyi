@@ -19,6 +19,7 @@ class Value:
     >>> dut.data.value[7:4]
     """
 
+    def __new__(cls, value: object, range: object = None) -> Value: ...
     @property
     def integer(self) -> int: ...
     @property

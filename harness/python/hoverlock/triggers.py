@@ -117,7 +117,7 @@ class Lock:
 
 
 async def with_timeout(
-    trigger: Any, timeout_time: float, timeout_unit: str = "step", *, timeout_units: str | None = None
+    trigger: Any, timeout_time: float, timeout_unit: str = "step", *, timeout_units: str | None = None, round_mode: str | None = None
 ) -> Any:
     """Awaits a trigger, task or coroutine for a limited time, and returns its result.
 
@@ -129,6 +129,8 @@ async def with_timeout(
         The limit of simulation time, in ``timeout_unit`` (``fs``, ``ps``, ``ns``, ``us``, ``ms``, ``sec`` or ``step``, 1 ps).
     timeout_units : str, optional
         The unit by cocotb 1's name.
+    round_mode : str, optional
+        How a limit between two steps of 1 ps is rounded, as by ``Timer``.
 
     Raises
     ------
@@ -138,7 +140,7 @@ async def with_timeout(
     >>> await with_timeout(receive(dut), 10, "us")
     """
     unit = timeout_units or timeout_unit
-    timer = Timer(timeout_time, unit)
+    timer = Timer(timeout_time, unit, round_mode=round_mode)
     is_coroutine = not isinstance(trigger, (Trigger, Task))
     waited = start_soon(trigger) if is_coroutine else trigger
     if await First(waited, timer) is timer:

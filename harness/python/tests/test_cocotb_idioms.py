@@ -387,6 +387,42 @@ async def edges_are_named_in_every_way(dut):
 
 
 @cocotb.test()
+async def random_times_are_rounded(dut):
+    await Timer(17.353715901410474, "ns", round_mode="ceil")
+    assert get_sim_time("step") == 17_354
+    await Timer(2.0006, "ns", round_mode="round")
+    assert get_sim_time("step") == 19_355
+    await with_timeout(Timer(1, "ns"), 1.23456789, "ns", round_mode="floor")
+    for mode, text in (("error", "not a whole number of steps"), ("up", "no round_mode 'up'")):
+        with pytest.raises(ValueError, match=text):
+            Timer(0.0001, "ns", round_mode=mode)
+
+
+@cocotb.test()
+async def all_of_no_triggers_comes_at_once(dut):
+    await Combine(*[])
+    assert get_sim_time("step") == 0
+    with pytest.raises(ValueError, match="First of nothing"):
+        First(*[])
+
+
+@cocotb.test()
+async def values_are_made_by_the_class_of_others(dut):
+    kind = type(dut.uo_out.value)
+    value = kind("0110")
+    assert value == 6 and len(value) == 4 and value.binstr == "0110" and kind("") == 0
+    assert kind(5, 8).binstr == "00000101" and kind(-1, 3) == 7 and kind(2, Range(3, "downto", 0)).n_bits == 4
+    for digits in ("1" + "0" * 31, "10" * 20, "1" + "0" * 63, "101" * 40):
+        assert kind(digits) == int(digits, 2) and kind(digits).binstr == digits
+    assert kind(LogicArray("0011")) == 3 and kind(kind("0011")).binstr == "0011"
+    for wrong in ("01X", "Z"):
+        with pytest.raises(ValueError, match="0 and 1 only"):
+            kind(wrong)
+    with pytest.raises(OverflowError, match="300 does not fit 8"):
+        kind(300, 8)
+
+
+@cocotb.test()
 async def what_a_simulation_is_asked_for(dut):
     assert cocotb.is_simulation and simulator.is_running() and cocotb.LANGUAGE == "verilog" and cocotb.plusargs == {}
     assert cocotb.RANDOM_SEED == cocotb.random_seed and cocotb.__version__.split(".")[0] == "2"

@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use pyo3::IntoPyObjectExt;
 use pyo3::basic::CompareOp;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyIterator, PyList, PyString};
 
@@ -85,6 +86,36 @@ impl Value {
 
 #[pymethods]
 impl Value {
+    /// Makes a value of binary digits (`type(dut.data.value)("0110")`), or of a whole number and its range or width, as
+    /// cocotb's `LogicArray` and `BinaryValue` are made.
+    ///
+    /// # Errors
+    /// `ValueError` for digits other than 0 and 1, `OverflowError` for a number that does not fit its width.
+    #[new]
+    #[pyo3(signature = (value, range = None))]
+    fn new(value: &Bound<'_, PyAny>, range: Option<&Bound<'_, PyAny>>) -> PyResult<Value> {
+        let kind = value.py().import("hoverlock.cocotb.types")?.getattr("LogicArray")?;
+        let digits = kind.call1((value, range))?.str()?;
+        let digits = digits.to_str()?;
+        if digits.chars().any(|digit| digit != '0' && digit != '1') {
+            return Err(PyValueError::new_err(format!(
+                "'{digits}': the value of a signal has the digits 0 and 1 only"
+            )));
+        }
+        let word_at = |end: usize| {
+            let part = &digits.as_bytes()[end.saturating_sub(32)..end];
+            part.iter().fold(0u32, |word, digit| word << 1 | u32::from(*digit == b'1'))
+        };
+        let words: Vec<u32> = (0..digits.len().div_ceil(32)).map(|at| word_at(digits.len() - 32 * at)).collect();
+        let bits = match words[..] {
+            [] => Stored::word(0),
+            [low] => Stored::word(u64::from(low)),
+            [low, high] => Stored::word(u64::from(high) << 32 | u64::from(low)),
+            _ => Stored::Wide(words.into_boxed_slice()),
+        };
+        Ok(Value { bits, width: digits.len() as u32, signed: false })
+    }
+
     #[inline]
     fn __int__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.int(py)

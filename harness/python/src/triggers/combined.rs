@@ -20,7 +20,10 @@ impl First {
     #[new]
     #[pyo3(signature = (*triggers))]
     fn new(triggers: &Bound<'_, PyTuple>) -> PyResult<PyClassInitializer<Self>> {
-        let parts = parts("First", triggers)?;
+        if triggers.is_empty() {
+            return Err(PyValueError::new_err("First of nothing"));
+        }
+        let parts = parts(triggers)?;
         let py = triggers.py();
         let base =
             Trigger::with_result(sim::Trigger::first(engine_triggers(py, &parts)?), ResultSource::FirstOf(parts));
@@ -28,7 +31,8 @@ impl First {
     }
 }
 
-/// All of several triggers, tasks or coroutines. If a task among them fails, its error is raised at once.
+/// All of several triggers, tasks or coroutines. If a task among them fails, its error is raised at once. All of none
+/// only lets other tasks run.
 ///
 /// >>> await Combine(RisingEdge(dut.a_done), RisingEdge(dut.b_done))
 #[pyclass(extends = Trigger, subclass, frozen, module = "hoverlock")]
@@ -39,10 +43,12 @@ impl Combine {
     #[new]
     #[pyo3(signature = (*triggers))]
     fn new(triggers: &Bound<'_, PyTuple>) -> PyResult<PyClassInitializer<Self>> {
-        let parts = parts("Combine", triggers)?;
-        let py = triggers.py();
-        let base =
-            Trigger::with_result(sim::Trigger::combine(engine_triggers(py, &parts)?), ResultSource::AllOf(parts));
+        if triggers.is_empty() {
+            return Ok(PyClassInitializer::from(Trigger::new(sim::Trigger::Yield)).add_subclass(Combine {}));
+        }
+        let parts = parts(triggers)?;
+        let engine = sim::Trigger::combine(engine_triggers(triggers.py(), &parts)?);
+        let base = Trigger::with_result(engine, ResultSource::AllOf(parts));
         Ok(PyClassInitializer::from(base).add_subclass(Combine {}))
     }
 }
@@ -52,11 +58,8 @@ fn engine_triggers(py: Python<'_>, parts: &[Py<Trigger>]) -> PyResult<Vec<sim::T
     parts.iter().map(|part| part.bind(py).get().engine().cloned()).collect()
 }
 
-/// Converts the arguments of the class `name` into triggers.
-fn parts(name: &str, of: &Bound<'_, PyTuple>) -> PyResult<Vec<Py<Trigger>>> {
-    if of.is_empty() {
-        return Err(PyValueError::new_err(format!("{name} of nothing")));
-    }
+/// Converts the arguments of a class into triggers.
+fn parts(of: &Bound<'_, PyTuple>) -> PyResult<Vec<Py<Trigger>>> {
     of.iter().map(|item| as_trigger(&item).map(Bound::unbind)).collect()
 }
 

@@ -9,7 +9,7 @@ use hoverlock_harness::sim;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::time::time_of;
+use crate::time::{rounded, time_of};
 use crate::wait::Trigger;
 
 /// Whether `Timer(units=...)` logs a deprecation warning.
@@ -39,12 +39,14 @@ impl Timer {
         units: Option<&str>,
         round_mode: Option<&str>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        // Time is in femtoseconds: there is no simulator step to round to.
-        let _ = round_mode;
         if units.is_some() && WARN_OF_UNITS.load(Ordering::Relaxed) {
             time.py().import("hoverlock.deprecated")?.call_method1("advise", ("Timer(units)", 2))?;
         }
-        let span = time_of(time, unit.or(units).unwrap_or("step"))?;
+        let unit = unit.or(units).unwrap_or("step");
+        let span = match round_mode {
+            Some(mode) => rounded(time, unit, mode)?,
+            None => time_of(time, unit)?,
+        };
         if span == Time::ZERO {
             return Err(PyValueError::new_err(
                 "a Timer of 0: use ReadWrite, ReadOnly or NextTimeStep to order things within a step",
