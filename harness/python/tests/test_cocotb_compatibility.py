@@ -1,5 +1,6 @@
 """Benches as cocotb's users write them, version 1's habits and version 2's, with only the imports changed."""
 
+import io
 import logging
 import random
 from pathlib import Path
@@ -233,3 +234,55 @@ def test_log_lines_carry_simulation_time(caplog):
 
     record = logging.LogRecord("hoverlock.x", logging.INFO, "f", 1, "text", None, None)
     assert SimTimeFormatter().format(record).startswith("           0ns INFO")
+
+
+def test_lines_written_without_a_record_are_those_of_a_record(monkeypatch, capsys):
+    from hoverlock import log
+
+    logger = log._Logger("cocotb.tb")
+    logger.propagate = False
+    handler = log._Handler(io.StringIO())
+    handler.setFormatter(log.SimTimeFormatter())
+    logger.addHandler(handler)
+
+    def lines() -> str:
+        handler.stream = io.StringIO()
+        logger.info("plain 100 %")
+        logger.warning("%s and %d", "text", 3)
+        logger.error("%(name)s", {"name": "by name"})
+        logger.log(37, {"a": 1})
+        return handler.stream.getvalue()
+
+    with monkeypatch.context() as without:
+        without.setattr(logging.Logger, "makeRecord", lambda *_: pytest.fail("a record was made"))
+        written = lines()
+    handler.addFilter(lambda record: bool(record.created))  # a filter reads the record
+    assert written == lines() and written.count("\n") == 4
+    handler.filters.clear()
+    handler.stream = io.StringIO()
+    handler.setLevel(logging.ERROR)
+    logger.warning("below the level of the handler")
+    assert handler.stream.getvalue() == ""
+    handler.setLevel(logging.NOTSET)
+    logger.info("%d", "no number")
+    assert "Logging error" in capsys.readouterr().err
+    try:
+        raise ValueError("seen")
+    except ValueError:
+        logger.exception("with its traceback")
+    assert "ValueError: seen" in handler.stream.getvalue()
+
+
+def test_another_handler_gets_records_with_their_caller():
+    from hoverlock import log
+
+    parent, logger = logging.Logger("parent"), log._Logger("child")
+    logger.parent = parent
+    logger.addHandler(log._Handler(io.StringIO()))
+    logger.handlers[0].setFormatter(log.SimTimeFormatter())
+    other = logging.StreamHandler(io.StringIO())
+    other.setFormatter(logging.Formatter("%(filename)s %(funcName)s %(message)s"))
+    parent.addHandler(other)
+    logger.info("text")
+    assert other.stream.getvalue() == "test_cocotb_compatibility.py test_another_handler_gets_records_with_their_caller text\n"
+    assert logger.handlers[0].stream.getvalue().endswith("text\n")
