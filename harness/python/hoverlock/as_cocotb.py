@@ -18,7 +18,7 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
-from types import ModuleType
+from types import CodeType, ModuleType
 from typing import TYPE_CHECKING, Any, cast
 
 from .errors import HoverlockError
@@ -56,6 +56,13 @@ class _Loader:
         # The import system has replaced the specification by that of the alias.
         module.__spec__ = self.own
 
+    def get_code(self, _fullname: str) -> CodeType | None:
+        """Returns the code of the module, which `python -m cocotb_tools.combine_results` runs."""
+        from importlib.abc import InspectLoader
+
+        loader = self.own and self.own.loader
+        return loader.get_code(self.module.__name__) if isinstance(loader, InspectLoader) else None
+
 
 class _Finder:
     """A finder that finds ``cocotb.triggers`` as ``hoverlock.cocotb.triggers``."""
@@ -91,7 +98,8 @@ def _spec_of(fullname: str, own: str) -> ModuleSpec:
     from importlib.machinery import ModuleSpec
 
     module = importlib.import_module(own)
-    return ModuleSpec(fullname, cast("Loader", _Loader(module)), is_package=hasattr(module, "__path__"))
+    loader = cast("Loader", _Loader(module))
+    return ModuleSpec(fullname, loader, origin=module.__file__, is_package=hasattr(module, "__path__"))
 
 
 def _of_cocotb_test(fullname: str) -> ModuleSpec | None:

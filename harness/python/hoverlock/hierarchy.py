@@ -32,6 +32,18 @@ class Constant:
         self._value = value
 
     @property
+    def _type(self) -> str:
+        """The kind of value by cocotb's name."""
+        kinds = {int: "GPI_INTEGER", float: "GPI_REAL", str: "GPI_STRING"}
+        return kinds[type(self._value)]
+
+    @property
+    def _log(self) -> logging.Logger:
+        from .log import log
+
+        return log.getChild(self._name)
+
+    @property
     def value(self) -> Any:
         """The value, which was set when the design was built."""
         return self._value

@@ -162,7 +162,7 @@ def run(
     match : str
         Runs only tests whose name contains this.
     names : iterable of str, optional
-        Runs only these tests.
+        Runs only these tests, also those with ``skip``.
     wall_timeout : float, optional
         Wall-clock limit of each test, in seconds. Default: the test's own.
     quiet : bool
@@ -172,7 +172,7 @@ def run(
     fresh : bool
         Loads modules again that are loaded already, because their top-level code may depend on the design.
     filter : str, optional
-        Runs only tests for whose ``module.name`` this regular expression matches some part.
+        Runs only tests for whose ``module.name`` this regular expression matches some part, also those with ``skip``.
     listener : callable, optional
         Called with module, test and None before a test, and with its result after it. While a module is loaded, the test
         is an empty text.
@@ -225,6 +225,8 @@ def run(
             if chosen and (filter is None or re.search(filter, f"{module.__name__}.{test.name}")):
                 if listener is not None:
                     listener(module.__name__, test.name, None)
+                if wanted is not None or filter is not None:
+                    test = test.changed(skip=False)  # as in cocotb: it is asked for
                 results.append(_run_one(test, module, design, session_seed, wall_timeout, outputs))
                 if until is not None and until(results[-1]):
                     return results

@@ -166,6 +166,27 @@ def test_tests_of_one_name_are_two_tests(tmp_path: Path) -> None:
     assert status != 0 and cases == [("same", True), ("same", False)], text
 
 
+def test_a_skipped_test_that_is_asked_for_runs(tmp_path: Path) -> None:
+    bench = f"{HEAD}\n@cocotb.test(skip=True)\nasync def aside(dut):\n    assert False\n"
+    assert run_make(tmp_path, bench)[::2] == (0, [("aside", False)]), "skipped"
+    for choice in ("TESTCASE=aside", "COCOTB_TEST_FILTER=asi.e"):
+        status, text, cases = run_make(tmp_path, bench, choice)
+        assert status != 0 and cases == [("aside", True)], text
+
+
+def test_results_of_several_runs_are_combined(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", "import hoverlock, runpy; hoverlock.as_cocotb(); runpy._run_module_as_main('cocotb_tools.combine_results')"]
+    statuses = []
+    for name, body in (("good", "pass"), ("bad", "assert False")):
+        (tmp_path / name).mkdir()
+        run_make(tmp_path / name, f"{HEAD}\n@cocotb.test()\nasync def {name}(dut):\n    {body}\n")
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+        statuses.append(done.returncode)
+    assert statuses == [0, 1] and "testcase: 'bad'" in done.stdout and "2 TestSuites and 2 TestCases" in done.stdout, done
+    combined = ElementTree.parse(tmp_path / "combined_results.xml")
+    assert sorted(case.get("name") for case in combined.iter("testcase")) == ["bad", "good"]
+
+
 def test_results_that_cannot_be_written_are_a_failed_run(tmp_path: Path) -> None:
     (tmp_path / "folder").mkdir()
     status, text, cases = run_make(tmp_path, PASSES, "COCOTB_RESULTS_FILE=folder/none/results.xml")
