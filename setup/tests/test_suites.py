@@ -19,7 +19,7 @@ def run(folder, recipe):
 
 
 def test_failures_and_errors_are_counted_with_their_reasons(tmp_path):
-    count = run(tmp_path, "cp given.xml results.xml")
+    count = run(tmp_path, "cp given.xml results.xml; false")
     assert dict(count.results) == {"passed": 1, "skipped": 1, "failed": 2}
     assert count.reasons_in_words() == f"Verilator refuses the design once all its internals are accessible (1), {suites.UNEXPLAINED} (1)"
     assert str(count) == "1 passed, 2 failed, 1 skipped"
@@ -30,7 +30,7 @@ def test_a_run_without_results_is_one_failure_with_the_reason_of_its_output(tmp_
     assert dict(count.results) == {"failed": 1} and count.reasons_in_words() == "VHDL (1)"
     total = suites.Count()
     total.add(count)
-    total.add(run(tmp_path, "cp given.xml results.xml"))
+    total.add(run(tmp_path, "cp given.xml results.xml; false"))
     assert str(total) == "1 passed, 3 failed, 1 skipped"
 
 
@@ -45,3 +45,10 @@ def test_a_status_without_a_failed_test_is_a_failure(tmp_path):
     (tmp_path / "passed.xml").write_text(passed)
     count = run(tmp_path, "cp passed.xml results.xml; false")
     assert str(count) == "1 passed, 1 failed, 1 skipped"
+
+
+def test_a_makefile_that_ends_with_status_0_has_the_verdict_of_its_authors(tmp_path):
+    assert str(run(tmp_path, "cp given.xml results.xml")) == "3 passed, 0 failed, 1 skipped", "it expects its failures"
+    (tmp_path / "results.xml").unlink()
+    assert str(run(tmp_path, "@echo 'Skipping test, as SIM is verilator'")) == "0 passed, 0 failed, 1 skipped"
+    assert str(run(tmp_path, "@echo 'Failed as expected'")) == "1 passed, 0 failed, 0 skipped"
