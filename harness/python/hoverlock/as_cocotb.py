@@ -150,6 +150,8 @@ def install(version: str | None = None) -> None:
         raise HoverlockError(f"{name} was imported before hoverlock.as_cocotb(): call it first")
     if not any(isinstance(finder, _Finder) for finder in sys.meta_path):
         sys.meta_path.insert(0, _Finder())
+    # The first import of a submodule would set the attribute of the package, and `cocotb.log` is a logger too.
+    sys.modules.setdefault("cocotb.log", sys.modules["hoverlock.cocotb.log"])
     cocotb.__version__ = VERSIONS[asked]
     cocotb._alias = True
     _core.count_bits_from_left(asked == "1.9")

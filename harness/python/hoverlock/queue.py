@@ -66,20 +66,23 @@ class Queue(Generic[T]):
 
     def put_nowait(self, item: T) -> None:
         """Puts an item, or raises ``QueueFull``."""
-        if self.full():
+        # Without a call of `full` and `_wake`: package models of buses pass every beat through a queue.
+        if 0 < self.maxsize <= len(self._items):
             raise QueueFull(f"the queue has {self.maxsize} items, which is its limit")
         self._put(item)
         if self._unfinished == 0:
             self._finished = Event("all items done")
         self._unfinished += 1
-        _wake(self._getters)
+        if self._getters:
+            self._getters.popleft().set()
 
     def get_nowait(self) -> T:
         """Takes an item, or raises ``QueueEmpty``."""
         if not self._items:
             raise QueueEmpty("the queue is empty")
         item = self._get()
-        _wake(self._putters)
+        if self._putters:
+            self._putters.popleft().set()
         return item
 
     def task_done(self) -> None:

@@ -3,6 +3,8 @@
 import io
 import logging
 import random
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -227,6 +229,13 @@ def test_the_runner_runs_each_bench_in_a_process_of_its_own(tmp_path, monkeypatc
         runner.test(test_module="test_env", testcase="sees_its_environment", extra_env={"VALUE": value})
     with pytest.raises(SystemExit, match="failed: test_env.ends_the_process"):
         runner.test(test_module="test_env", extra_env={"VALUE": "3"})
+
+
+@pytest.mark.parametrize("how", ["from cocotb.log import SimLog", "import cocotb.log", "import cocotb.logging"])
+def test_the_logger_of_the_package_stays_when_its_module_is_imported(how):
+    code = f"import hoverlock; hoverlock.as_cocotb(); {how}; import cocotb; cocotb.log.warning('seen')"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0 and "seen" in done.stderr, done.stderr
 
 
 def test_log_lines_carry_simulation_time(caplog):
