@@ -119,6 +119,7 @@ class Session:
         self.simulation.set_log_listener(_listener)
         self._running = Running(name, seed, design, self.dut, self.simulation)
         self._random = random.Random(seed).getstate()
+        self._wall_limit: float | None = None  # of the last run
         self.report: TransferReport | None = None
         """Counts of the last transfer; None before the first."""
 
@@ -147,6 +148,7 @@ class Session:
             If a limit is reached, no event can occur any more, the Verilog reports an error, or a bus rule is broken.
             Exceptions of the bench are raised unchanged.
         """
+        self._wall_limit = wall_limit
         before = random.getstate()
         random.setstate(self._random)
         unknown.begin()
@@ -264,12 +266,15 @@ class Session:
         return received
 
     def close(self) -> None:
-        """Cancels all tasks, runs the Verilog's ``final`` blocks and frees the model."""
+        """Cancels all tasks, runs the Verilog's ``final`` blocks and frees the model. A task that does not end within the
+        wall-clock limit of the last run gets an exception."""
         left = self.simulation.living_tasks()
         if left:
             text = ", ".join(left)
             log_of("test").info("%d tasks still ran at the end and are cancelled: %s", len(left), text)
-        for line in self.simulation.close():
+        with _alarm(self._wall_limit):
+            lines = self.simulation.close()
+        for line in lines:
             log_of("verilog").info("%s", line)
 
     def __enter__(self) -> Session:
@@ -356,7 +361,8 @@ def _alarm(seconds: float | None) -> Iterator[None]:
         raise SimTimeoutError(f"wall-clock limit of {seconds} s reached inside the bench: it does not await anything")
 
     before = signal.signal(signal.SIGALRM, ring)
-    signal.setitimer(signal.ITIMER_REAL, seconds * 1.1 + 0.2)
+    # Again and again: each of several tasks may loop, or catch the exception.
+    signal.setitimer(signal.ITIMER_REAL, seconds * 1.1 + 0.2, seconds * 1.1 + 0.2)
     try:
         yield
     finally:

@@ -82,6 +82,14 @@ IN_A_TEST = {
     "task_is_interrupted": "async def stop():\n    raise KeyboardInterrupt\ncocotb.start_soon(stop())\nawait Timer(1, 'us')",
     "fails_while_freed": "class Last:\n    def __del__(self):\n        raise SystemExit(0)\nlast = Last()\nraise ValueError",
     "message_of_ten_megabytes": "assert False, 'x' * 10_000_000",
+    "cancelled_task_fails_a_check": "async def wait():\n    try:\n        await Timer(1, 'us')\n    except BaseException:\n        assert False\n"
+    "task = cocotb.start_soon(wait())\nawait Timer(1, 'ns')\ntask.cancel()",
+    "finally_fails_a_check_at_the_end": "async def wait():\n    try:\n        await Timer(1, 'us')\n    finally:\n        assert False\n"
+    "cocotb.start_soon(wait())\nawait Timer(1, 'ns')",
+    "finally_never_ends": "async def wait():\n    try:\n        await Timer(1, 'us')\n    finally:\n        while True:\n            pass\n"
+    "for _ in range(2):\n    cocotb.start_soon(wait())\nawait Timer(1, 'ns')",
+    "catches_all_and_goes_on": "class Deaf:\n    def __await__(self):\n        while True:\n            try:\n                yield None\n"
+    "            except BaseException:\n                pass\nawait Deaf()",
     "replaces_json": "import json\njson.dumps = lambda *_, **__: '{}'\nos._exit(0)",
 }  # fmt: skip
 
