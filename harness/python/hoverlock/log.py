@@ -67,8 +67,9 @@ class _Logger(logging.Logger):
             logger = logger.parent if logger.propagate else None
         if not isinstance(reader, _Handler) or reader.filters or self.filters or self.disabled:
             return None
-        plain = type(reader.formatter).format is SimTimeFormatter.format and logging.getLogRecordFactory() is logging.LogRecord
-        return reader if plain else None
+        formatter = reader.formatter
+        plain = isinstance(formatter, SimTimeFormatter) and type(formatter).format is SimTimeFormatter.format
+        return reader if plain and logging.getLogRecordFactory() is logging.LogRecord else None
 
     def _log(
         self, level: int, msg: object, args: Any, exc_info: Any = None, extra: Mapping[str, object] | None = None,
