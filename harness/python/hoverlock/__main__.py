@@ -127,4 +127,7 @@ if __name__ == "__main__":
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a message may have any character
-    sys.exit(supervise(lambda reporter: main(None, reporter)))
+    # A bench that parses arguments, or calls `pytest.main()`, must not take those of the run for its own.
+    given = sys.argv[1:]
+    del sys.argv[1:]
+    sys.exit(supervise(lambda reporter: main(given, reporter)))

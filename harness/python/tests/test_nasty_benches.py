@@ -182,6 +182,12 @@ def test_a_skipped_test_that_is_asked_for_runs(tmp_path: Path) -> None:
         assert status != 0 and cases == [("aside", True)], text
 
 
+def test_a_bench_does_not_see_the_arguments_of_the_run(tmp_path: Path) -> None:
+    bench = f"{HEAD}\n@cocotb.test()\nasync def parses(dut):\n    assert len(sys.argv) == 1, sys.argv\n"
+    status, text, cases = run_make(tmp_path, bench)
+    assert status == 0 and cases == [("parses", False)], text
+
+
 def test_results_of_several_runs_are_combined(tmp_path: Path) -> None:
     command = [sys.executable, "-c", "import hoverlock, runpy; hoverlock.as_cocotb(); runpy._run_module_as_main('cocotb_tools.combine_results')"]
     statuses = []
