@@ -35,6 +35,8 @@ const FIRST_SAMPLE: u32 = 10;
 const UNUSED: u32 = 16;
 /// A flag wired to a reset, where rows are far enough apart.
 const FLAG: u32 = 17;
+/// What the record limit counts before row 17 of a frame.
+const ABOVE: u32 = 21;
 const POSITION: &str = "the address of a circular memory may begin anywhere";
 const ROWS: &str = "what a reset leaves in the rows has left them within 64 steps";
 const COUNTS: &str = "no frame has 2^19 features: 2^21 pixels, one maximum in 16 at most, two scale pairs";
@@ -103,6 +105,14 @@ const HARMLESS: &[Harmless] = &[
     ("extractor", &[Kind::Width], "writer_dropped", "", COUNTS, Hole(UNUSED)),
     ("hoverlock_core", &[Kind::Width, Kind::Stuck], "extractor_count", "<< 19", COUNTS, Hole(UNUSED)),
     ("hoverlock_core", &[Kind::Width, Kind::Stuck], "extractor_dropped", "<< 19", COUNTS, Hole(UNUSED)),
+    (
+        "record_limit",
+        &[Kind::Comparison],
+        "(rows == last_row)",
+        "(rows >= last_row)",
+        "the rows of a band exceed the last one only above row 17, where the first band begins",
+        Hole(ABOVE),
+    ),
     ("smoother_5", &[Kind::Stuck], "row_start_y", "", "only the start_out of the wide smoother is used", Hole(UNUSED)),
 ];
 
