@@ -17,6 +17,7 @@ use hoverlock_fixed_point::model::threshold::ThresholdController;
 use hoverlock_pictures::Picture;
 use hoverlock_pictures::conditions::{COMBINED, Condition, FOG, NOMINAL};
 use hoverlock_reference::features::feature::Feature;
+use hoverlock_reference::image::bicubic::bicubic;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::estimator::Estimator;
 use hoverlock_reference::motion::model::transfer;
@@ -130,21 +131,11 @@ fn homography(rng: &mut ChaCha8Rng) -> Matrix3<f64> {
     Matrix3::new_translation(&middle) * motion * Matrix3::new_translation(&-middle)
 }
 
-/// Samples a picture at the pixels of a frame, by Catmull and Rom's cubic; `to_picture` maps frame to picture.
+/// Samples a picture at the pixels of a frame; `to_picture` maps frame to picture.
 fn sampled(picture: &Plane<u16>, to_picture: &Matrix3<f64>) -> Plane<u16> {
-    let weights = |t: f64| {
-        let (t2, t3) = (t * t, t * t * t);
-        [-t3 + 2.0 * t2 - t, 3.0 * t3 - 5.0 * t2 + 2.0, -3.0 * t3 + 4.0 * t2 + t, t3 - t2].map(|weight| weight / 2.0)
-    };
-    let inside = |at: f64, k: usize, size: usize| (at as isize + k as isize - 1).clamp(0, size as isize - 1) as usize;
     Plane::from_fn(FRAME.0, FRAME.1, |x, y| {
-        let at = to_picture * Vector2::new(x as f64, y as f64).push(1.0);
-        let (u, v) = (at.x / at.z, at.y / at.z);
-        let (across, down) = (weights(u - u.floor()), weights(v - v.floor()));
-        let row = |k: usize| picture.row(inside(v, k, picture.height()));
-        let along_row =
-            |k: usize| -> f64 { (0..4).map(|i| across[i] * f64::from(row(k)[inside(u, i, picture.width())])).sum() };
-        (0..4).map(|k| down[k] * along_row(k)).sum::<f64>().round() as u16
+        let at = transfer(to_picture, Vector2::new(x as f64, y as f64)).unwrap_or_default();
+        bicubic(picture, at.x, at.y)
     })
 }
 

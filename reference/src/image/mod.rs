@@ -1,3 +1,4 @@
-//! A plane of samples in raster order.
+//! A plane of samples in raster order, and samples between its pixels.
 
+pub mod bicubic;
 pub mod plane;
