@@ -11,7 +11,15 @@ from ..utils import _UNITS
 from ..utils import get_sim_time as _get_sim_time
 from .log import want_color_output
 
-__all__ = ["get_sim_steps", "get_sim_time", "get_time_from_sim_steps", "hexdiffs", "hexdump", "want_color_output"]
+__all__ = [
+    "get_sim_steps",
+    "get_sim_time",
+    "get_time_from_sim_steps",
+    "hexdiffs",
+    "hexdump",
+    "lazy_property",
+    "want_color_output",
+]
 
 
 class lazy_property(cached_property):  # type: ignore[type-arg]
