@@ -40,11 +40,12 @@ help:
 ## simulate the Verilog on a photograph, write its quantisation report, fly a hover
 # The report has the simulation as its level `rtl`. The hover is ten seconds of a simulated helicopter. The photographs are linked as
 # out/pictures.
-demo: build modules
+demo: build
 	@mkdir -p out && ln -sfn $(PICTURES) out/pictures
 	$(HOVERLOCK) sim out/pictures/aero1.jpg
 	$(HOVERLOCK) report out/pictures/aero1.jpg --out out/demo
 	$(HOVERLOCK) hover --out out/hover
+	@$(MAKE) --no-print-directory modules
 	@echo "The report: $(CURDIR)/out/demo/index.html"
 	@echo "The hover: $(CURDIR)/out/hover/index.html"
 
@@ -105,7 +106,8 @@ test-long: setup
 
 ## install the Python packages into .venv: test benches, the models, sweeps over Dask
 modules: setup
-	for package in harness/python python; do \
+	@echo "building the Python packages into .venv (three minutes the first time)"
+	@for package in harness/python python; do \
 	    VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --release --locked --manifest-path $$package/Cargo.toml || exit; done
 
 ## write the reference of the Python packages from their docstrings
