@@ -71,191 +71,38 @@ module row_look_ahead_properties (input clock);
   (* anyseq *) reg [17:0] x;
   (* anyseq *) reg [15:0] g;
 
-  wire last_out_0, load_out_0;
-  wire [17:0] y_0;
-  row_look_ahead_0 dut_0 (
-    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .g(g), .y(y_0),
-    .last_out(last_out_0), .loads(load_out_0)
+for {k} {distance} {delay}: 0 1 2, 1 2 2, 2 4 2, 3 8 3, 4 16 4, 5 32 5
+  wire last_out_{k}, load_out_{k};
+  wire [17:0] y_{k};
+  row_look_ahead_{k} dut_{k} (
+    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .g(g), .y(y_{k}),
+    .last_out(last_out_{k}), .loads(load_out_{k})
   );
-  (* hierconn, keep *) wire [17:0] \dut_0.lerp.p ;
-  (* hierconn, keep *) wire \dut_0.lerp.advance ;
-  (* hierconn, keep *) wire [17:0] \dut_0.sample_delay.x ;
-  (* hierconn, keep *) wire \dut_0.sample_delay.advance ;
+  (* hierconn, keep *) wire [17:0] \dut_{k}.lerp.p ;
+  (* hierconn, keep *) wire \dut_{k}.lerp.advance ;
+  (* hierconn, keep *) wire [17:0] \dut_{k}.sample_delay.x ;
+  (* hierconn, keep *) wire \dut_{k}.sample_delay.advance ;
   always @(posedge clock)
-    parts_0: assert (\dut_0.sample_delay.x == x && \dut_0.sample_delay.advance == advance
-      && \dut_0.lerp.advance == advance);
-  (* hierconn, keep *) wire [17:0] \dut_0.lerp.q ;
-  (* hierconn, keep *) wire [15:0] \dut_0.lerp.g ;
-  (* hierconn, keep *) wire [17:0] \dut_0.lerp.y ;
-  (* hierconn *) wire [17:0] \dut_0.border_p ;
-  (* hierconn *) wire [17:0] \dut_0.border_q ;
-  (* hierconn *) wire [17:0] \dut_0.sample_delay_y ;
-  (* hierconn *) wire [0:0] \dut_0.border.remaining ;
-  (* hierconn *) wire [17:0] \dut_0.border.border ;
-  (* hierconn *) wire [2:0] \dut_0.last_delay.remaining ;
-  (* hierconn *) wire [2:0] \dut_0.load_delay.remaining ;
-  row_look_ahead_stage #(.DISTANCE(1)) stage_0 (
-    .clock(clock), .advance(advance), .last(last), .load(load), .x(x), .delayed(\dut_0.sample_delay_y ),
-    .p(\dut_0.border_p ), .q(\dut_0.border_q ), .last_out(last_out_0), .load_out(load_out_0),
-    .remaining({6'd0, \dut_0.border.remaining }), .border(\dut_0.border.border ),
-    .last_remaining({4'd0, \dut_0.last_delay.remaining }), .load_remaining({4'd0, \dut_0.load_delay.remaining }), .g(g), .y(y_0),
-    .lerp_p(\dut_0.lerp.p ), .lerp_q(\dut_0.lerp.q ), .lerp_g(\dut_0.lerp.g ), .lerp_y(\dut_0.lerp.y )
+    parts_{k}: assert (\dut_{k}.sample_delay.x == x && \dut_{k}.sample_delay.advance == advance
+      && \dut_{k}.lerp.advance == advance);
+  (* hierconn, keep *) wire [17:0] \dut_{k}.lerp.q ;
+  (* hierconn, keep *) wire [15:0] \dut_{k}.lerp.g ;
+  (* hierconn, keep *) wire [17:0] \dut_{k}.lerp.y ;
+  (* hierconn *) wire [17:0] \dut_{k}.border_p ;
+  (* hierconn *) wire [17:0] \dut_{k}.border_q ;
+  (* hierconn *) wire [17:0] \dut_{k}.sample_delay_y ;
+  (* hierconn *) wire [{k}:0] \dut_{k}.border.remaining ;
+  (* hierconn *) wire [17:0] \dut_{k}.border.border ;
+  (* hierconn *) wire [{delay}:0] \dut_{k}.last_delay.remaining ;
+  (* hierconn *) wire [{delay}:0] \dut_{k}.load_delay.remaining ;
+  row_look_ahead_stage #(.DISTANCE({distance})) stage_{k} (
+    .clock(clock), .advance(advance), .last(last), .load(load), .x(x), .delayed(\dut_{k}.sample_delay_y ),
+    .p(\dut_{k}.border_p ), .q(\dut_{k}.border_q ), .last_out(last_out_{k}), .load_out(load_out_{k}),
+    .remaining(\dut_{k}.border.remaining ), .border(\dut_{k}.border.border ),
+    .last_remaining(\dut_{k}.last_delay.remaining ), .load_remaining(\dut_{k}.load_delay.remaining ), .g(g), .y(y_{k}),
+    .lerp_p(\dut_{k}.lerp.p ), .lerp_q(\dut_{k}.lerp.q ), .lerp_g(\dut_{k}.lerp.g ), .lerp_y(\dut_{k}.lerp.y )
   );
-
-  wire last_out_1, load_out_1;
-  wire [17:0] y_1;
-  row_look_ahead_1 dut_1 (
-    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .g(g), .y(y_1),
-    .last_out(last_out_1), .loads(load_out_1)
-  );
-  (* hierconn, keep *) wire [17:0] \dut_1.lerp.p ;
-  (* hierconn, keep *) wire \dut_1.lerp.advance ;
-  (* hierconn, keep *) wire [17:0] \dut_1.sample_delay.x ;
-  (* hierconn, keep *) wire \dut_1.sample_delay.advance ;
-  always @(posedge clock)
-    parts_1: assert (\dut_1.sample_delay.x == x && \dut_1.sample_delay.advance == advance
-      && \dut_1.lerp.advance == advance);
-  (* hierconn, keep *) wire [17:0] \dut_1.lerp.q ;
-  (* hierconn, keep *) wire [15:0] \dut_1.lerp.g ;
-  (* hierconn, keep *) wire [17:0] \dut_1.lerp.y ;
-  (* hierconn *) wire [17:0] \dut_1.border_p ;
-  (* hierconn *) wire [17:0] \dut_1.border_q ;
-  (* hierconn *) wire [17:0] \dut_1.sample_delay_y ;
-  (* hierconn *) wire [1:0] \dut_1.border.remaining ;
-  (* hierconn *) wire [17:0] \dut_1.border.border ;
-  (* hierconn *) wire [2:0] \dut_1.last_delay.remaining ;
-  (* hierconn *) wire [2:0] \dut_1.load_delay.remaining ;
-  row_look_ahead_stage #(.DISTANCE(2)) stage_1 (
-    .clock(clock), .advance(advance), .last(last), .load(load), .x(x), .delayed(\dut_1.sample_delay_y ),
-    .p(\dut_1.border_p ), .q(\dut_1.border_q ), .last_out(last_out_1), .load_out(load_out_1),
-    .remaining({5'd0, \dut_1.border.remaining }), .border(\dut_1.border.border ),
-    .last_remaining({4'd0, \dut_1.last_delay.remaining }), .load_remaining({4'd0, \dut_1.load_delay.remaining }), .g(g), .y(y_1),
-    .lerp_p(\dut_1.lerp.p ), .lerp_q(\dut_1.lerp.q ), .lerp_g(\dut_1.lerp.g ), .lerp_y(\dut_1.lerp.y )
-  );
-
-  wire last_out_2, load_out_2;
-  wire [17:0] y_2;
-  row_look_ahead_2 dut_2 (
-    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .g(g), .y(y_2),
-    .last_out(last_out_2), .loads(load_out_2)
-  );
-  (* hierconn, keep *) wire [17:0] \dut_2.lerp.p ;
-  (* hierconn, keep *) wire \dut_2.lerp.advance ;
-  (* hierconn, keep *) wire [17:0] \dut_2.sample_delay.x ;
-  (* hierconn, keep *) wire \dut_2.sample_delay.advance ;
-  always @(posedge clock)
-    parts_2: assert (\dut_2.sample_delay.x == x && \dut_2.sample_delay.advance == advance
-      && \dut_2.lerp.advance == advance);
-  (* hierconn, keep *) wire [17:0] \dut_2.lerp.q ;
-  (* hierconn, keep *) wire [15:0] \dut_2.lerp.g ;
-  (* hierconn, keep *) wire [17:0] \dut_2.lerp.y ;
-  (* hierconn *) wire [17:0] \dut_2.border_p ;
-  (* hierconn *) wire [17:0] \dut_2.border_q ;
-  (* hierconn *) wire [17:0] \dut_2.sample_delay_y ;
-  (* hierconn *) wire [2:0] \dut_2.border.remaining ;
-  (* hierconn *) wire [17:0] \dut_2.border.border ;
-  (* hierconn *) wire [2:0] \dut_2.last_delay.remaining ;
-  (* hierconn *) wire [2:0] \dut_2.load_delay.remaining ;
-  row_look_ahead_stage #(.DISTANCE(4)) stage_2 (
-    .clock(clock), .advance(advance), .last(last), .load(load), .x(x), .delayed(\dut_2.sample_delay_y ),
-    .p(\dut_2.border_p ), .q(\dut_2.border_q ), .last_out(last_out_2), .load_out(load_out_2),
-    .remaining({4'd0, \dut_2.border.remaining }), .border(\dut_2.border.border ),
-    .last_remaining({4'd0, \dut_2.last_delay.remaining }), .load_remaining({4'd0, \dut_2.load_delay.remaining }), .g(g), .y(y_2),
-    .lerp_p(\dut_2.lerp.p ), .lerp_q(\dut_2.lerp.q ), .lerp_g(\dut_2.lerp.g ), .lerp_y(\dut_2.lerp.y )
-  );
-
-  wire last_out_3, load_out_3;
-  wire [17:0] y_3;
-  row_look_ahead_3 dut_3 (
-    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .g(g), .y(y_3),
-    .last_out(last_out_3), .loads(load_out_3)
-  );
-  (* hierconn, keep *) wire [17:0] \dut_3.lerp.p ;
-  (* hierconn, keep *) wire \dut_3.lerp.advance ;
-  (* hierconn, keep *) wire [17:0] \dut_3.sample_delay.x ;
-  (* hierconn, keep *) wire \dut_3.sample_delay.advance ;
-  always @(posedge clock)
-    parts_3: assert (\dut_3.sample_delay.x == x && \dut_3.sample_delay.advance == advance
-      && \dut_3.lerp.advance == advance);
-  (* hierconn, keep *) wire [17:0] \dut_3.lerp.q ;
-  (* hierconn, keep *) wire [15:0] \dut_3.lerp.g ;
-  (* hierconn, keep *) wire [17:0] \dut_3.lerp.y ;
-  (* hierconn *) wire [17:0] \dut_3.border_p ;
-  (* hierconn *) wire [17:0] \dut_3.border_q ;
-  (* hierconn *) wire [17:0] \dut_3.sample_delay_y ;
-  (* hierconn *) wire [3:0] \dut_3.border.remaining ;
-  (* hierconn *) wire [17:0] \dut_3.border.border ;
-  (* hierconn *) wire [3:0] \dut_3.last_delay.remaining ;
-  (* hierconn *) wire [3:0] \dut_3.load_delay.remaining ;
-  row_look_ahead_stage #(.DISTANCE(8)) stage_3 (
-    .clock(clock), .advance(advance), .last(last), .load(load), .x(x), .delayed(\dut_3.sample_delay_y ),
-    .p(\dut_3.border_p ), .q(\dut_3.border_q ), .last_out(last_out_3), .load_out(load_out_3),
-    .remaining({3'd0, \dut_3.border.remaining }), .border(\dut_3.border.border ),
-    .last_remaining({3'd0, \dut_3.last_delay.remaining }), .load_remaining({3'd0, \dut_3.load_delay.remaining }), .g(g), .y(y_3),
-    .lerp_p(\dut_3.lerp.p ), .lerp_q(\dut_3.lerp.q ), .lerp_g(\dut_3.lerp.g ), .lerp_y(\dut_3.lerp.y )
-  );
-
-  wire last_out_4, load_out_4;
-  wire [17:0] y_4;
-  row_look_ahead_4 dut_4 (
-    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .g(g), .y(y_4),
-    .last_out(last_out_4), .loads(load_out_4)
-  );
-  (* hierconn, keep *) wire [17:0] \dut_4.lerp.p ;
-  (* hierconn, keep *) wire \dut_4.lerp.advance ;
-  (* hierconn, keep *) wire [17:0] \dut_4.sample_delay.x ;
-  (* hierconn, keep *) wire \dut_4.sample_delay.advance ;
-  always @(posedge clock)
-    parts_4: assert (\dut_4.sample_delay.x == x && \dut_4.sample_delay.advance == advance
-      && \dut_4.lerp.advance == advance);
-  (* hierconn, keep *) wire [17:0] \dut_4.lerp.q ;
-  (* hierconn, keep *) wire [15:0] \dut_4.lerp.g ;
-  (* hierconn, keep *) wire [17:0] \dut_4.lerp.y ;
-  (* hierconn *) wire [17:0] \dut_4.border_p ;
-  (* hierconn *) wire [17:0] \dut_4.border_q ;
-  (* hierconn *) wire [17:0] \dut_4.sample_delay_y ;
-  (* hierconn *) wire [4:0] \dut_4.border.remaining ;
-  (* hierconn *) wire [17:0] \dut_4.border.border ;
-  (* hierconn *) wire [4:0] \dut_4.last_delay.remaining ;
-  (* hierconn *) wire [4:0] \dut_4.load_delay.remaining ;
-  row_look_ahead_stage #(.DISTANCE(16)) stage_4 (
-    .clock(clock), .advance(advance), .last(last), .load(load), .x(x), .delayed(\dut_4.sample_delay_y ),
-    .p(\dut_4.border_p ), .q(\dut_4.border_q ), .last_out(last_out_4), .load_out(load_out_4),
-    .remaining({2'd0, \dut_4.border.remaining }), .border(\dut_4.border.border ),
-    .last_remaining({2'd0, \dut_4.last_delay.remaining }), .load_remaining({2'd0, \dut_4.load_delay.remaining }), .g(g), .y(y_4),
-    .lerp_p(\dut_4.lerp.p ), .lerp_q(\dut_4.lerp.q ), .lerp_g(\dut_4.lerp.g ), .lerp_y(\dut_4.lerp.y )
-  );
-
-  wire last_out_5, load_out_5;
-  wire [17:0] y_5;
-  row_look_ahead_5 dut_5 (
-    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .g(g), .y(y_5),
-    .last_out(last_out_5), .loads(load_out_5)
-  );
-  (* hierconn, keep *) wire [17:0] \dut_5.lerp.p ;
-  (* hierconn, keep *) wire \dut_5.lerp.advance ;
-  (* hierconn, keep *) wire [17:0] \dut_5.sample_delay.x ;
-  (* hierconn, keep *) wire \dut_5.sample_delay.advance ;
-  always @(posedge clock)
-    parts_5: assert (\dut_5.sample_delay.x == x && \dut_5.sample_delay.advance == advance
-      && \dut_5.lerp.advance == advance);
-  (* hierconn, keep *) wire [17:0] \dut_5.lerp.q ;
-  (* hierconn, keep *) wire [15:0] \dut_5.lerp.g ;
-  (* hierconn, keep *) wire [17:0] \dut_5.lerp.y ;
-  (* hierconn *) wire [17:0] \dut_5.border_p ;
-  (* hierconn *) wire [17:0] \dut_5.border_q ;
-  (* hierconn *) wire [17:0] \dut_5.sample_delay_y ;
-  (* hierconn *) wire [5:0] \dut_5.border.remaining ;
-  (* hierconn *) wire [17:0] \dut_5.border.border ;
-  (* hierconn *) wire [5:0] \dut_5.last_delay.remaining ;
-  (* hierconn *) wire [5:0] \dut_5.load_delay.remaining ;
-  row_look_ahead_stage #(.DISTANCE(32)) stage_5 (
-    .clock(clock), .advance(advance), .last(last), .load(load), .x(x), .delayed(\dut_5.sample_delay_y ),
-    .p(\dut_5.border_p ), .q(\dut_5.border_q ), .last_out(last_out_5), .load_out(load_out_5),
-    .remaining({1'd0, \dut_5.border.remaining }), .border(\dut_5.border.border ),
-    .last_remaining({1'd0, \dut_5.last_delay.remaining }), .load_remaining({1'd0, \dut_5.load_delay.remaining }), .g(g), .y(y_5),
-    .lerp_p(\dut_5.lerp.p ), .lerp_q(\dut_5.lerp.q ), .lerp_g(\dut_5.lerp.g ), .lerp_y(\dut_5.lerp.y )
-  );
+end
 
   // The end of a row, from the row cursor of the smoother to its first look-ahead stage, in smoothers of six stages.
   wire end_y;

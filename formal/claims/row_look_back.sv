@@ -93,168 +93,38 @@ module row_look_back_properties (input clock);
     .y(y_0), .lerp_y(\dut_0.lerp.y )
   );
 
-  wire first_out_1, load_out_1;
-  wire [17:0] y_1;
-  row_look_back_1 dut_1 (
-    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .first(first), .load(load), .g(g), .y(y_1),
-    .first_out(first_out_1), .load_out(load_out_1)
+for {k} {distance} {border}: 1 2 0, 2 4 1, 3 8 2, 4 16 3, 5 32 4
+  wire first_out_{k}, load_out_{k};
+  wire [17:0] y_{k};
+  row_look_back_{k} dut_{k} (
+    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .first(first), .load(load), .g(g), .y(y_{k}),
+    .first_out(first_out_{k}), .load_out(load_out_{k})
   );
-  (* hierconn *) wire [17:0] \dut_1.border_p ;
-  (* hierconn *) wire [17:0] \dut_1.border_q ;
-  (* hierconn *) wire [17:0] \dut_1.sample_delay_y ;
-  (* hierconn *) wire [0:0] \dut_1.border.remaining ;
-  (* hierconn *) wire [17:0] \dut_1.border.border ;
-  (* hierconn *) wire [2:0] \dut_1.first_delay.delayed ;
-  (* hierconn *) wire [2:0] \dut_1.load_delay.delayed ;
-  (* hierconn *) wire [15:0] \dut_1.coefficient.g ;
-  (* hierconn, keep *) wire [17:0] \dut_1.lerp.p ;
-  (* hierconn, keep *) wire \dut_1.lerp.advance ;
-  (* hierconn, keep *) wire [17:0] \dut_1.sample_delay.x ;
-  (* hierconn, keep *) wire \dut_1.sample_delay.advance ;
+  (* hierconn *) wire [17:0] \dut_{k}.border_p ;
+  (* hierconn *) wire [17:0] \dut_{k}.border_q ;
+  (* hierconn *) wire [17:0] \dut_{k}.sample_delay_y ;
+  (* hierconn *) wire [{border}:0] \dut_{k}.border.remaining ;
+  (* hierconn *) wire [17:0] \dut_{k}.border.border ;
+  (* hierconn *) wire [2:0] \dut_{k}.first_delay.delayed ;
+  (* hierconn *) wire [2:0] \dut_{k}.load_delay.delayed ;
+  (* hierconn *) wire [15:0] \dut_{k}.coefficient.g ;
+  (* hierconn, keep *) wire [17:0] \dut_{k}.lerp.p ;
+  (* hierconn, keep *) wire \dut_{k}.lerp.advance ;
+  (* hierconn, keep *) wire [17:0] \dut_{k}.sample_delay.x ;
+  (* hierconn, keep *) wire \dut_{k}.sample_delay.advance ;
   always @(posedge clock)
-    parts_1: assert (\dut_1.sample_delay.x == x && \dut_1.sample_delay.advance == advance
-      && \dut_1.lerp.advance == advance);
-  (* hierconn, keep *) wire [17:0] \dut_1.lerp.q ;
-  (* hierconn, keep *) wire [15:0] \dut_1.lerp.g ;
-  (* hierconn, keep *) wire [17:0] \dut_1.lerp.y ;
-  row_look_back_stage #(.DISTANCE(2)) stage_1 (
-    .clock(clock), .advance(advance), .first(first), .load(load), .x(x), .delayed(\dut_1.sample_delay_y ),
-    .p(\dut_1.border_p ), .q(\dut_1.border_q ), .first_out(first_out_1), .load_out(load_out_1),
-    .remaining({6'd0, \dut_1.border.remaining }), .border(\dut_1.border.border ),
-    .first_delayed(\dut_1.first_delay.delayed ), .load_delayed(\dut_1.load_delay.delayed ),
-    .g(g), .coefficient(\dut_1.coefficient.g ), .lerp_p(\dut_1.lerp.p ), .lerp_q(\dut_1.lerp.q ), .lerp_g(\dut_1.lerp.g ),
-    .y(y_1), .lerp_y(\dut_1.lerp.y )
+    parts_{k}: assert (\dut_{k}.sample_delay.x == x && \dut_{k}.sample_delay.advance == advance
+      && \dut_{k}.lerp.advance == advance);
+  (* hierconn, keep *) wire [17:0] \dut_{k}.lerp.q ;
+  (* hierconn, keep *) wire [15:0] \dut_{k}.lerp.g ;
+  (* hierconn, keep *) wire [17:0] \dut_{k}.lerp.y ;
+  row_look_back_stage #(.DISTANCE({distance})) stage_{k} (
+    .clock(clock), .advance(advance), .first(first), .load(load), .x(x), .delayed(\dut_{k}.sample_delay_y ),
+    .p(\dut_{k}.border_p ), .q(\dut_{k}.border_q ), .first_out(first_out_{k}), .load_out(load_out_{k}),
+    .remaining(\dut_{k}.border.remaining ), .border(\dut_{k}.border.border ),
+    .first_delayed(\dut_{k}.first_delay.delayed ), .load_delayed(\dut_{k}.load_delay.delayed ),
+    .g(g), .coefficient(\dut_{k}.coefficient.g ), .lerp_p(\dut_{k}.lerp.p ), .lerp_q(\dut_{k}.lerp.q ), .lerp_g(\dut_{k}.lerp.g ),
+    .y(y_{k}), .lerp_y(\dut_{k}.lerp.y )
   );
-
-  wire first_out_2, load_out_2;
-  wire [17:0] y_2;
-  row_look_back_2 dut_2 (
-    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .first(first), .load(load), .g(g), .y(y_2),
-    .first_out(first_out_2), .load_out(load_out_2)
-  );
-  (* hierconn *) wire [17:0] \dut_2.border_p ;
-  (* hierconn *) wire [17:0] \dut_2.border_q ;
-  (* hierconn *) wire [17:0] \dut_2.sample_delay_y ;
-  (* hierconn *) wire [1:0] \dut_2.border.remaining ;
-  (* hierconn *) wire [17:0] \dut_2.border.border ;
-  (* hierconn *) wire [2:0] \dut_2.first_delay.delayed ;
-  (* hierconn *) wire [2:0] \dut_2.load_delay.delayed ;
-  (* hierconn *) wire [15:0] \dut_2.coefficient.g ;
-  (* hierconn, keep *) wire [17:0] \dut_2.lerp.p ;
-  (* hierconn, keep *) wire \dut_2.lerp.advance ;
-  (* hierconn, keep *) wire [17:0] \dut_2.sample_delay.x ;
-  (* hierconn, keep *) wire \dut_2.sample_delay.advance ;
-  always @(posedge clock)
-    parts_2: assert (\dut_2.sample_delay.x == x && \dut_2.sample_delay.advance == advance
-      && \dut_2.lerp.advance == advance);
-  (* hierconn, keep *) wire [17:0] \dut_2.lerp.q ;
-  (* hierconn, keep *) wire [15:0] \dut_2.lerp.g ;
-  (* hierconn, keep *) wire [17:0] \dut_2.lerp.y ;
-  row_look_back_stage #(.DISTANCE(4)) stage_2 (
-    .clock(clock), .advance(advance), .first(first), .load(load), .x(x), .delayed(\dut_2.sample_delay_y ),
-    .p(\dut_2.border_p ), .q(\dut_2.border_q ), .first_out(first_out_2), .load_out(load_out_2),
-    .remaining({5'd0, \dut_2.border.remaining }), .border(\dut_2.border.border ),
-    .first_delayed(\dut_2.first_delay.delayed ), .load_delayed(\dut_2.load_delay.delayed ),
-    .g(g), .coefficient(\dut_2.coefficient.g ), .lerp_p(\dut_2.lerp.p ), .lerp_q(\dut_2.lerp.q ), .lerp_g(\dut_2.lerp.g ),
-    .y(y_2), .lerp_y(\dut_2.lerp.y )
-  );
-
-  wire first_out_3, load_out_3;
-  wire [17:0] y_3;
-  row_look_back_3 dut_3 (
-    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .first(first), .load(load), .g(g), .y(y_3),
-    .first_out(first_out_3), .load_out(load_out_3)
-  );
-  (* hierconn *) wire [17:0] \dut_3.border_p ;
-  (* hierconn *) wire [17:0] \dut_3.border_q ;
-  (* hierconn *) wire [17:0] \dut_3.sample_delay_y ;
-  (* hierconn *) wire [2:0] \dut_3.border.remaining ;
-  (* hierconn *) wire [17:0] \dut_3.border.border ;
-  (* hierconn *) wire [2:0] \dut_3.first_delay.delayed ;
-  (* hierconn *) wire [2:0] \dut_3.load_delay.delayed ;
-  (* hierconn *) wire [15:0] \dut_3.coefficient.g ;
-  (* hierconn, keep *) wire [17:0] \dut_3.lerp.p ;
-  (* hierconn, keep *) wire \dut_3.lerp.advance ;
-  (* hierconn, keep *) wire [17:0] \dut_3.sample_delay.x ;
-  (* hierconn, keep *) wire \dut_3.sample_delay.advance ;
-  always @(posedge clock)
-    parts_3: assert (\dut_3.sample_delay.x == x && \dut_3.sample_delay.advance == advance
-      && \dut_3.lerp.advance == advance);
-  (* hierconn, keep *) wire [17:0] \dut_3.lerp.q ;
-  (* hierconn, keep *) wire [15:0] \dut_3.lerp.g ;
-  (* hierconn, keep *) wire [17:0] \dut_3.lerp.y ;
-  row_look_back_stage #(.DISTANCE(8)) stage_3 (
-    .clock(clock), .advance(advance), .first(first), .load(load), .x(x), .delayed(\dut_3.sample_delay_y ),
-    .p(\dut_3.border_p ), .q(\dut_3.border_q ), .first_out(first_out_3), .load_out(load_out_3),
-    .remaining({4'd0, \dut_3.border.remaining }), .border(\dut_3.border.border ),
-    .first_delayed(\dut_3.first_delay.delayed ), .load_delayed(\dut_3.load_delay.delayed ),
-    .g(g), .coefficient(\dut_3.coefficient.g ), .lerp_p(\dut_3.lerp.p ), .lerp_q(\dut_3.lerp.q ), .lerp_g(\dut_3.lerp.g ),
-    .y(y_3), .lerp_y(\dut_3.lerp.y )
-  );
-
-  wire first_out_4, load_out_4;
-  wire [17:0] y_4;
-  row_look_back_4 dut_4 (
-    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .first(first), .load(load), .g(g), .y(y_4),
-    .first_out(first_out_4), .load_out(load_out_4)
-  );
-  (* hierconn *) wire [17:0] \dut_4.border_p ;
-  (* hierconn *) wire [17:0] \dut_4.border_q ;
-  (* hierconn *) wire [17:0] \dut_4.sample_delay_y ;
-  (* hierconn *) wire [3:0] \dut_4.border.remaining ;
-  (* hierconn *) wire [17:0] \dut_4.border.border ;
-  (* hierconn *) wire [2:0] \dut_4.first_delay.delayed ;
-  (* hierconn *) wire [2:0] \dut_4.load_delay.delayed ;
-  (* hierconn *) wire [15:0] \dut_4.coefficient.g ;
-  (* hierconn, keep *) wire [17:0] \dut_4.lerp.p ;
-  (* hierconn, keep *) wire \dut_4.lerp.advance ;
-  (* hierconn, keep *) wire [17:0] \dut_4.sample_delay.x ;
-  (* hierconn, keep *) wire \dut_4.sample_delay.advance ;
-  always @(posedge clock)
-    parts_4: assert (\dut_4.sample_delay.x == x && \dut_4.sample_delay.advance == advance
-      && \dut_4.lerp.advance == advance);
-  (* hierconn, keep *) wire [17:0] \dut_4.lerp.q ;
-  (* hierconn, keep *) wire [15:0] \dut_4.lerp.g ;
-  (* hierconn, keep *) wire [17:0] \dut_4.lerp.y ;
-  row_look_back_stage #(.DISTANCE(16)) stage_4 (
-    .clock(clock), .advance(advance), .first(first), .load(load), .x(x), .delayed(\dut_4.sample_delay_y ),
-    .p(\dut_4.border_p ), .q(\dut_4.border_q ), .first_out(first_out_4), .load_out(load_out_4),
-    .remaining({3'd0, \dut_4.border.remaining }), .border(\dut_4.border.border ),
-    .first_delayed(\dut_4.first_delay.delayed ), .load_delayed(\dut_4.load_delay.delayed ),
-    .g(g), .coefficient(\dut_4.coefficient.g ), .lerp_p(\dut_4.lerp.p ), .lerp_q(\dut_4.lerp.q ), .lerp_g(\dut_4.lerp.g ),
-    .y(y_4), .lerp_y(\dut_4.lerp.y )
-  );
-
-  wire first_out_5, load_out_5;
-  wire [17:0] y_5;
-  row_look_back_5 dut_5 (
-    .clock(clock), .reset(1'b0), .advance(advance), .x(x), .first(first), .load(load), .g(g), .y(y_5),
-    .first_out(first_out_5), .load_out(load_out_5)
-  );
-  (* hierconn *) wire [17:0] \dut_5.border_p ;
-  (* hierconn *) wire [17:0] \dut_5.border_q ;
-  (* hierconn *) wire [17:0] \dut_5.sample_delay_y ;
-  (* hierconn *) wire [4:0] \dut_5.border.remaining ;
-  (* hierconn *) wire [17:0] \dut_5.border.border ;
-  (* hierconn *) wire [2:0] \dut_5.first_delay.delayed ;
-  (* hierconn *) wire [2:0] \dut_5.load_delay.delayed ;
-  (* hierconn *) wire [15:0] \dut_5.coefficient.g ;
-  (* hierconn, keep *) wire [17:0] \dut_5.lerp.p ;
-  (* hierconn, keep *) wire \dut_5.lerp.advance ;
-  (* hierconn, keep *) wire [17:0] \dut_5.sample_delay.x ;
-  (* hierconn, keep *) wire \dut_5.sample_delay.advance ;
-  always @(posedge clock)
-    parts_5: assert (\dut_5.sample_delay.x == x && \dut_5.sample_delay.advance == advance
-      && \dut_5.lerp.advance == advance);
-  (* hierconn, keep *) wire [17:0] \dut_5.lerp.q ;
-  (* hierconn, keep *) wire [15:0] \dut_5.lerp.g ;
-  (* hierconn, keep *) wire [17:0] \dut_5.lerp.y ;
-  row_look_back_stage #(.DISTANCE(32)) stage_5 (
-    .clock(clock), .advance(advance), .first(first), .load(load), .x(x), .delayed(\dut_5.sample_delay_y ),
-    .p(\dut_5.border_p ), .q(\dut_5.border_q ), .first_out(first_out_5), .load_out(load_out_5),
-    .remaining({2'd0, \dut_5.border.remaining }), .border(\dut_5.border.border ),
-    .first_delayed(\dut_5.first_delay.delayed ), .load_delayed(\dut_5.load_delay.delayed ),
-    .g(g), .coefficient(\dut_5.coefficient.g ), .lerp_p(\dut_5.lerp.p ), .lerp_q(\dut_5.lerp.q ), .lerp_g(\dut_5.lerp.g ),
-    .y(y_5), .lerp_y(\dut_5.lerp.y )
-  );
+end
 endmodule

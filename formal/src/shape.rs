@@ -93,12 +93,13 @@ impl Shape {
         bits(self.width - 1)
     }
 
-    /// Returns a wrapper for this design: macros for its numbers, then the text, where a line that begins with
-    /// `each pair` is repeated for each scale pair `{k}`, `{next}` the next, and `{pairs}` is their number.
+    /// Returns a wrapper for this design: macros for its numbers, then the text with its blocks [`unrolled`], where a line
+    /// that begins with `each pair` is repeated for each scale pair `{k}`, `{next}` the next, and `{pairs}` is their
+    /// number.
     pub(crate) fn wrapper(&self, text: &str) -> String {
         let resets: Vec<String> =
             self.resets.iter().map(|(address, value)| format!("6'd{address}: after_reset = 32'd{value};")).collect();
-        let lines = text.lines().flat_map(|line| self.pairs_of(line)).map(|line| {
+        let lines = unrolled(text).into_iter().flat_map(|line| self.pairs_of(&line)).map(|line| {
             line.replace("{pairs}", &self.pairs().to_string()).replace("{resets}", &resets.join("\n      ")) + "\n"
         });
         self.numbers().iter().map(|(name, value)| format!("`define {name} {value}\n")).chain(lines).collect()
@@ -165,6 +166,27 @@ impl Shape {
             ("RECORD", 128 + 64 * pairs),
         ]
     }
+}
+
+/// Returns the lines of a text. Those from `for {a} {b}: A B, C D` to `end` are repeated for each row of values, which
+/// replace the names.
+pub(crate) fn unrolled(text: &str) -> Vec<String> {
+    let mut lines = Vec::new();
+    let mut rest = text.lines();
+    while let Some(line) = rest.next() {
+        let Some((names, rows)) = line.strip_prefix("for ").and_then(|head| head.split_once(':')) else {
+            lines.push(line.to_owned());
+            continue;
+        };
+        let block: Vec<&str> = rest.by_ref().take_while(|line| *line != "end").collect();
+        for row in rows.split(',') {
+            let values = || names.split_whitespace().zip(row.split_whitespace());
+            let filled =
+                |line: &&str| values().fold((*line).to_owned(), |line, (name, value)| line.replace(name, value));
+            lines.extend(block.iter().map(filled));
+        }
+    }
+    lines
 }
 
 /// Returns the number of bits of a number.

@@ -23,7 +23,6 @@ shipped![
     "row_look_ahead",
     "row_look_ahead_border",
     "frame_delay",
-    "smoothers",
     "address_counter",
     "delay",
     "column_memory",
@@ -47,6 +46,12 @@ shipped![
     "component",
 ];
 
+/// Name, settings and table of the claims about connections.
+const CONNECTIONS: [(&str, &str, &str); 2] = [
+    ("smoothers", include_str!("../claims/smoothers.toml"), wiring::SMOOTHERS),
+    ("wiring", include_str!("../claims/wiring.toml"), wiring::WIRING),
+];
+
 /// Claims whose wrappers have the word lengths, widths and names of the default design.
 const OF_DEFAULT_DESIGN: [&str; 10] = [
     "row_look_back",
@@ -61,8 +66,8 @@ const OF_DEFAULT_DESIGN: [&str; 10] = [
     "component",
 ];
 
-/// Returns all claims about the emitted Verilog of the default design: those of `claims/`, the claim about connections,
-/// and those generated from the ring.
+/// Returns all claims about the emitted Verilog of the default design: those of `claims/`, those about connections, and
+/// those generated from the ring.
 ///
 /// # Errors
 /// If a TOML file of `claims/` is invalid.
@@ -77,7 +82,8 @@ pub fn claims() -> Result<Vec<Claim>, ClaimError> {
 /// If a TOML file of `claims/` is invalid.
 pub fn claims_of(shape: &Shape) -> Result<Vec<Claim>, ClaimError> {
     let files = SHIPPED.iter().map(|(name, settings, properties)| file_claim(name, settings, properties, shape));
-    files.chain([Ok(wiring::claim(shape))]).chain(ring::claims().into_iter().map(Ok)).collect()
+    let connections = CONNECTIONS.iter().map(|(name, settings, table)| wiring::claim(name, settings, table, shape));
+    files.chain(connections).chain(ring::claims().into_iter().map(Ok)).collect()
 }
 
 /// Returns `true` if the wrapper of a claim takes its numbers from the design.
@@ -91,7 +97,7 @@ fn file_claim(name: &str, settings: &str, properties: &str, shape: &Shape) -> Re
     claim.observe.iter_mut().for_each(|observe| observe.text = shape.filled(&observe.text));
     if name == "top" {
         let own = ["csr", "sequencer", "bank", "record_writer", "record_fifo"];
-        let parts = wiring::part_modules(shape);
+        let parts = wiring::part_modules(wiring::WIRING, shape);
         claim.sources = ["hoverlock_top", "hoverlock_core", "extractor"].map(|module| format!("{module}.v")).to_vec();
         claim.sources.extend(parts.iter().map(|module| format!("{module}.v")));
         claim.cut = parts.into_iter().filter(|module| !own.contains(&module.as_str())).collect();

@@ -1,69 +1,47 @@
-//! The claim about the connections of `hoverlock_top`, `hoverlock_core` and `extractor`, generated from a table that is
-//! written by hand (`claims/connections.txt`, its first lines say how).
+//! Claims about connections, generated from tables that are written by hand (`claims/wiring.txt`, whose first lines say
+//! how to read one, and `claims/smoothers.txt`).
 //!
-//! Every other part is abstracted: its outputs may have any value in each step. For each input of each part the claim
-//! says which value it has, in terms of outputs of parts and of inputs of the top. So it holds for any contents of the
-//! parts.
+//! Every part is abstracted: its outputs may have any value in each step. For each input of each part the claim says
+//! which value it has, in terms of outputs of parts and of inputs of the top. So it holds for any contents of the parts.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::claim::{Claim, Mutant};
+use crate::claim::{Claim, ClaimError};
 use crate::ring::ring_rows;
-use crate::shape::Shape;
+use crate::shape::{Shape, unrolled};
 
-/// The connections.
-const TABLE: &str = include_str!("../claims/connections.txt");
-/// Modules that are not abstracted.
-const WIRING: [&str; 3] = ["hoverlock_top.v", "hoverlock_core.v", "extractor.v"];
+/// The connections of `hoverlock_top`, `hoverlock_core` and `extractor`.
+pub(crate) const WIRING: &str = include_str!("../claims/wiring.txt");
+/// The connections of `smoothers`.
+pub(crate) const SMOOTHERS: &str = include_str!("../claims/smoothers.txt");
 /// Path of the instance in the wrapper.
 const DUT: &str = "dut";
 
-/// Generates the claim for a design.
-pub(crate) fn claim(shape: &Shape) -> Claim {
-    let lines = expanded(shape);
+/// Generates a claim from its TOML file and its table, for a design.
+///
+/// # Errors
+/// If the TOML file is invalid.
+pub(crate) fn claim(name: &str, settings: &str, table: &str, shape: &Shape) -> Result<Claim, ClaimError> {
+    let lines = expanded(table, shape);
     let mut parts: Vec<Part> = Vec::new();
+    let (mut covers, mut whole) = (Vec::new(), Vec::new());
     for line in &lines {
         let words: Vec<&str> = line.splitn(3, ' ').collect();
         match (words.as_slice(), parts.last_mut()) {
+            (["whole", module], _) => whole.push(*module),
             (["part", path, module], _) => parts.push(Part { path, module, ports: Vec::new() }),
+            (["cover", name, expression], _) => covers.push((*name, *expression)),
             ([">", name, bits], Some(part)) => part.ports.push(Port { name, bits, value: None }),
             ([name, bits, value], Some(part)) => part.ports.push(Port { name, bits, value: Some(value) }),
             _ => {}
         }
     }
-    let modules: BTreeSet<&str> = parts.iter().skip(1).map(|part| part.module).collect();
-    let files = modules.iter().map(|module| format!("{module}.v"));
-    Claim {
-        name: "wiring".into(),
-        statement:
-            "In `hoverlock_top`, `hoverlock_core` and `extractor`, for any behaviour of the parts: each input of \
-                    each part, and each output of the top, has the value that the table of connections says."
-                .into(),
-        sources: WIRING.iter().map(|file| (*file).to_owned()).chain(files).collect(),
-        properties: properties(&parts, shape),
-        top: Some("wiring_properties".into()),
-        depth: 2,
-        cover: 4,
-        fault: 3,
-        cut: modules.into_iter().map(str::to_owned).collect(),
-        mutants: mutants(),
-        ..Claim::default()
-    }
-}
-
-/// Returns faults that the claim must detect: smoothers swapped, a marker without its row, another pulse and count.
-fn mutants() -> Vec<Mutant> {
-    let mutant = |file: &str, from: &str, to: &str| Mutant { file: file.into(), from: from.into(), to: to.into() };
-    vec![
-        mutant("extractor.v", ".wide(smoothers_middle)", ".wide(smoothers_narrow)"),
-        mutant(
-            "extractor.v",
-            ".take(ring_cursor_first_row & ring_cursor_last_column)",
-            ".take(ring_cursor_last_column)",
-        ),
-        mutant("hoverlock_core.v", ".frame_done(extractor_done)", ".frame_done(extractor_write)"),
-        mutant("hoverlock_core.v", "assign dropped = extractor_dropped;", "assign dropped = extractor_count;"),
-    ]
+    let top = parts.first().map_or("", |part| part.module);
+    let cut = part_modules(table, shape);
+    let sources = std::iter::once(top).chain(whole).chain(cut.iter().map(String::as_str));
+    let sources = sources.map(|module| format!("{module}.v")).collect();
+    let properties = properties(name, top, &parts, &covers, shape);
+    Ok(Claim { sources, cut, ..Claim::parse(name, settings, &properties)? })
 }
 
 /// A part and its ports.
@@ -80,19 +58,20 @@ struct Port<'a> {
     value: Option<&'a str>,
 }
 
-/// Returns the modules of the parts of a design.
-pub(crate) fn part_modules(shape: &Shape) -> Vec<String> {
-    let lines = expanded(shape);
+/// Returns the modules of the parts of a table.
+pub(crate) fn part_modules(table: &str, shape: &Shape) -> Vec<String> {
+    let lines = expanded(table, shape);
     let modules = lines.iter().filter_map(|line| line.strip_prefix("part ")?.split(' ').nth(1));
     modules.skip(1).map(str::to_owned).collect::<BTreeSet<_>>().into_iter().collect()
 }
 
-/// Returns the lines of the table for a design, without comments, repetitions and placeholders.
-fn expanded(shape: &Shape) -> Vec<String> {
+/// Returns the lines of a table for a design, without comments, repetitions and placeholders.
+fn expanded(table: &str, shape: &Shape) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     // Pairs and lines of the block that has begun.
     let mut block: Option<(Vec<usize>, Vec<&str>)> = None;
-    for line in TABLE.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
+    let table = unrolled(table);
+    for line in table.iter().map(String::as_str).filter(|line| !line.is_empty() && !line.starts_with('#')) {
         match (line, &mut block) {
             ("end", Some((pairs, of_block))) => {
                 let all = pairs.iter().flat_map(|&k| of_block.iter().map(move |line| (k, *line)));
@@ -149,8 +128,8 @@ fn of_pair(line: &str, k: usize, shape: &Shape) -> String {
         .replace("{rows}", &rows.to_string())
 }
 
-/// Returns the wrapper.
-fn properties(parts: &[Part], shape: &Shape) -> String {
+/// Returns the wrapper of a claim about the module `top`.
+fn properties(claim: &str, top: &str, parts: &[Part], covers: &[(&str, &str)], shape: &Shape) -> String {
     let (mut signals, mut ports, mut asserts) = (String::new(), String::new(), String::new());
     // The last name of a path stands for the part.
     let short = |path: &str| path.rsplit('.').next().unwrap_or_default().to_owned();
@@ -173,11 +152,12 @@ fn properties(parts: &[Part], shape: &Shape) -> String {
             }
         }
     }
+    let covers: String =
+        covers.iter().map(|(name, wanted)| format!("      {name}: cover ({});\n", resolved(wanted, &paths))).collect();
     format!(
-        "// Generated from claims/connections.txt.\nmodule wiring_properties (input clock);\n  {}\n{signals}  \
-         hoverlock_top {DUT} (.clock(clock){ports});\n  reg begun = 0;\n  always @(posedge clock) \
-         begin\n    begun <= 1;\n    if (begun) begin\n{asserts}      \
-         flows: cover (video_ready && feature_valid);\n    end\n  end\nendmodule\n",
+        "// Generated from claims/{claim}.txt.\nmodule {claim}_properties (input clock);\n  {}\n{signals}  \
+         {top} {DUT} (.clock(clock){ports});\n  reg begun = 0;\n  always @(posedge clock) \
+         begin\n    begun <= 1;\n    if (begun) begin\n{asserts}{covers}    end\n  end\nendmodule\n",
         shape.parameters()
     )
 }
@@ -205,15 +185,16 @@ mod tests {
 
     use super::*;
 
-    #[test]
-    fn the_table_has_every_input_of_every_part() {
+    /// Checks that a table has every input of its parts, and every part of `holder`, whose paths begin with `prefix`.
+    fn check(table: &str, holder: &str, prefix: &str) {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../rtl/verilog");
-        let lines = expanded(&Shape::kt27());
+        let text_of = |module: &str| fs::read_to_string(folder.join(format!("{module}.v"))).unwrap();
+        let lines = expanded(table, &Shape::kt27());
         let mut missing = Vec::new();
         for block in lines.join("\n").split("part ").skip(2) {
             let (head, ports) = block.split_once('\n').unwrap();
             let module = head.split(' ').nth(1).unwrap();
-            let text = fs::read_to_string(folder.join(format!("{module}.v"))).unwrap();
+            let text = text_of(module);
             let inputs = text.lines().filter_map(|line| line.trim().strip_prefix("input  wire "));
             for input in inputs.map(|line| line.trim_end_matches(',').rsplit(' ').next().unwrap()) {
                 let is_listed = ports.lines().any(|line| line.starts_with(&format!("{input} ")));
@@ -223,8 +204,14 @@ mod tests {
             }
         }
         assert_eq!(missing, [""; 0]);
-        let parts = lines.iter().filter(|line| line.starts_with("part core.extractor.")).count();
-        let text = fs::read_to_string(folder.join("extractor.v")).unwrap();
-        assert_eq!(parts, text.matches(" (\n  .").count(), "parts of the extractor");
+        let paths = lines.iter().filter_map(|line| line.strip_prefix("part ")).filter(|line| !line.starts_with('.'));
+        let parts = paths.filter(|path| path.starts_with(prefix)).count();
+        assert_eq!(parts, text_of(holder).matches(" (\n  .").count(), "parts of {holder}");
+    }
+
+    #[test]
+    fn the_tables_have_every_input_of_every_part() {
+        check(WIRING, "extractor", "core.extractor.");
+        check(SMOOTHERS, "smoothers", "");
     }
 }
