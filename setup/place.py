@@ -38,12 +38,14 @@ always @(posedge clock) y <= y + x;
 endmodule
 """
 WHOLE = "small"
-# Modules of kt27; the longest of each family of stages.
+# Modules of kt27.
 PARTS = [
-    "scale_pair", "lerp", "candidate_queue", "csr", "record_fifo", "column_look_ahead", "row_look_back_5", "row_look_ahead_5", "sequencer",
+    "scale_pair", "lerp", "candidate_queue", "csr", "record_fifo", "column_look_ahead", "row_look_back", "row_look_ahead", "sequencer",
     "threshold", "decision", "record_writer", "record_limit", "ring_comparator", "address_counter",
 ]  # fmt: skip
 SHORT = ["lerp", "decision"]
+# Parameters of the longest stage of a family.
+PARAMETERS = {"row_look_back": " #(.DISTANCE(32))", "row_look_ahead": " #(.DISTANCE(32))"}
 # LUT4 sites that a cell of the netlist takes.
 LUT_SITES = {"LUT4": 1, "CCU2C": 2, "TRELLIS_DPR16X4": 6}
 # Endpoints of a register that are not its data.
@@ -200,7 +202,7 @@ always @(posedge clock) begin
   place_chain <= place_next;
 end
 assign serial_out = place_chain[{count_out - 1}];
-{top} part (
+{top}{PARAMETERS.get(top, "")} part (
 {wires}
 );
 endmodule

@@ -18,7 +18,10 @@ use hoverlock_formal::prove::{Outcome, Place, Status, Task, run as prove};
 use hoverlock_formal::rounding::{self, Subject};
 use hoverlock_formal::shape::Shape;
 use hoverlock_formal::shipped;
-use hoverlock_rtl::emission::verilog::verilog;
+use hoverlock_rtl::emission::{
+    parameters::{Variant, modules, variants},
+    verilog::verilog,
+};
 use hoverlock_rtl::registers::registers;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
@@ -210,10 +213,17 @@ fn design(args: &Args) -> Result<DesignPoint> {
 }
 
 /// Returns the numbers of the design that claims refer to.
-fn shape(args: &Args) -> Result<Shape> {
-    let design = design(args)?;
-    let registers = registers(&design)?;
+fn shape(design: &DesignPoint) -> Result<Shape> {
+    let registers = registers(design)?;
     let resets = registers.iter().filter(|register| register.reset() != 0);
+    let texts: Vec<String> = verilog_of(design, None)?.iter().map(std::fs::read_to_string).collect::<Result<_, _>>()?;
+    let texts = texts.iter().flat_map(|text| modules(text)).collect();
+    let numbers = |variant: Variant| {
+        let numbers =
+            variant.parameters.iter().map(|(_, number)| u32::try_from(*number)).collect::<Result<Vec<_>, _>>();
+        Ok((variant.module, numbers?))
+    };
+    let of_parameters = variants(&texts, "hoverlock_top").into_iter().filter(|variant| !variant.parameters.is_empty());
     Ok(Shape {
         width: design.width,
         pixel_bits: design.pixel.bits(),
@@ -228,6 +238,7 @@ fn shape(args: &Args) -> Result<Shape> {
         candidate_queue: design.candidate_queue,
         record_fifo: design.record_fifo,
         resets: resets.map(|register| (register.offset / 4, register.reset())).collect(),
+        variants: of_parameters.map(numbers).collect::<Result<_>>()?,
     })
 }
 
@@ -331,7 +342,7 @@ fn claims(args: &Args) -> Result<(Vec<Claim>, Vec<Subject>)> {
     if let Some(properties) = &args.properties {
         return Ok((vec![own_claim(args, properties)?], Vec::new()));
     }
-    let mut claims = shipped::claims_of(&shape(args)?)?;
+    let mut claims = shipped::claims_of(&shape(&design(args)?)?)?;
     // The claims about the numbers of a design do not concern a folder of Verilog, and are those of the default design.
     let mut subjects = if args.rtl.is_none() && args.design.is_none() { Subject::ALL.to_vec() } else { Vec::new() };
     for name in &args.names {
@@ -457,4 +468,14 @@ fn line(outcome: &Outcome) -> String {
     let steps: String = steps.iter().map(|step| format!("    {step}\n")).collect();
     let replay = replay.as_ref().map_or(String::new(), |path| format!("    replayed by {}\n", shown(path)));
     format!("{name:<28} {mark}{status:<9} {seconds:6.1} s {memory_mib:5.0} MiB  {detail}{trace}\n{steps}{replay}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_numbers_of_the_default_design_are_those_of_its_verilog() {
+        assert_eq!(shape(&KT27).unwrap(), Shape::kt27());
+    }
 }

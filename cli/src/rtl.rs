@@ -220,13 +220,15 @@ fn table(estimate: &Estimate) -> String {
         "fits: {}; in {} at most {alm} ALM, {m10k} M10K, {dsp} DSP blocks\n\n",
         estimate.fits_rule, estimate.device
     );
+    let names = estimate.modules.iter().map(|of| of.name.len()).chain([25]);
+    let wide = names.max().unwrap_or_default() + 1;
     text += &format!(
-        "{:26}{:>5}{:>7}{:>7}{:>6}{:>7}{:>6}{:>5}{:>7}{:>7}{:>7}\n",
+        "{:wide$}{:>5}{:>7}{:>7}{:>6}{:>7}{:>6}{:>5}{:>7}{:>7}{:>7}\n",
         "module, its own cells", "times", "ALM", "%", "M10K", "%", "18x18", "DSP", "regs", "levels", "ns"
     );
     let row = |name: &str, of: &ModuleEstimate| {
         format!(
-            "{name:26}{:>5}{:>7}{:>7.1}{:>6}{:>7.1}{:>6}{:>5}{:>7}{:>7}{:>7.2}\n",
+            "{name:wide$}{:>5}{:>7}{:>7.1}{:>6}{:>7.1}{:>6}{:>5}{:>7}{:>7}{:>7.2}\n",
             of.instances,
             of.alm,
             100.0 * of.alm as f64 / estimate.alm as f64,

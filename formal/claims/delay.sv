@@ -1,4 +1,4 @@
-// delay_WxN: y is the sample of N steps before, wherever the memory's address starts and whatever the memory holds.
+// delay: y is the sample of STEPS steps before, wherever the memory's address starts and whatever the memory holds.
 // One arbitrary sample is followed from its write to its read.
 
 // A delay of LENGTH words in a memory and one more step; `watched` is the memory's word at `slot`.
@@ -43,157 +43,69 @@ endmodule
 
 module delay_properties (input clock);
   (* anyseq *) reg reset, advance, choose;
-  (* anyseq *) reg [17:0] x;
+  (* anyseq *) reg [63:0] x;
 
-  wire [14:0] y_15x5;
-  delay_15x5 dut_15x5 (.clock(clock), .reset(reset), .advance(advance), .x(x[14:0]), .y(y_15x5));
-  (* hierconn *) wire [1:0] \dut_15x5.position ;
-  (* hierconn *) wire [1:0] \dut_15x5.slot ;
-  (* hierconn *) wire [14:0] \dut_15x5.watched ;
-  followed #(.WIDTH(15), .BITS(2), .LENGTH(4)) followed_15x5 (
-    .clock(clock), .reset(reset), .advance(advance), .choose(choose), .x(x[14:0]), .y(y_15x5),
-    .position(\dut_15x5.position ), .watched(\dut_15x5.watched ), .slot(\dut_15x5.slot )
+for {bits} {steps}: each delay 4..
+  wire [{bits}-1:0] y_{bits}x{steps};
+  delay #(.BITS({bits}), .STEPS({steps})) dut_{bits}x{steps} (
+    .clock(clock), .reset(reset), .advance(advance), .x(x[{bits}-1:0]), .y(y_{bits}x{steps})
   );
-
-  wire [15:0] y_16x10;
-  delay_16x10 dut_16x10 (.clock(clock), .reset(reset), .advance(advance), .x(x[15:0]), .y(y_16x10));
-  (* hierconn *) wire [3:0] \dut_16x10.position ;
-  (* hierconn *) wire [3:0] \dut_16x10.slot ;
-  (* hierconn *) wire [15:0] \dut_16x10.watched ;
-  followed #(.WIDTH(16), .BITS(4), .LENGTH(9)) followed_16x10 (
-    .clock(clock), .reset(reset), .advance(advance), .choose(choose), .x(x[15:0]), .y(y_16x10),
-    .position(\dut_16x10.position ), .watched(\dut_16x10.watched ), .slot(\dut_16x10.slot )
+  (* hierconn *) wire [$clog2({steps}-1)-1:0] \dut_{bits}x{steps}.in_memory.position ;
+  (* hierconn *) wire [$clog2({steps}-1)-1:0] \dut_{bits}x{steps}.observed.slot ;
+  (* hierconn *) wire [{bits}-1:0] \dut_{bits}x{steps}.observed.watched ;
+  followed #(.WIDTH({bits}), .BITS($clog2({steps}-1)), .LENGTH({steps} - 1), .COVERED({steps} == 4)) followed_{bits}x{steps} (
+    .clock(clock), .reset(reset), .advance(advance), .choose(choose), .x(x[{bits}-1:0]), .y(y_{bits}x{steps}),
+    .position(\dut_{bits}x{steps}.in_memory.position ), .watched(\dut_{bits}x{steps}.observed.watched ),
+    .slot(\dut_{bits}x{steps}.observed.slot )
   );
+end
 
-  wire [15:0] y_16x11;
-  delay_16x11 dut_16x11 (.clock(clock), .reset(reset), .advance(advance), .x(x[15:0]), .y(y_16x11));
-  (* hierconn *) wire [3:0] \dut_16x11.position ;
-  (* hierconn *) wire [3:0] \dut_16x11.slot ;
-  (* hierconn *) wire [15:0] \dut_16x11.watched ;
-  followed #(.WIDTH(16), .BITS(4), .LENGTH(10)) followed_16x11 (
-    .clock(clock), .reset(reset), .advance(advance), .choose(choose), .x(x[15:0]), .y(y_16x11),
-    .position(\dut_16x11.position ), .watched(\dut_16x11.watched ), .slot(\dut_16x11.slot )
-  );
-
-  wire [15:0] y_16x4;
-  delay_16x4 dut_16x4 (.clock(clock), .reset(reset), .advance(advance), .x(x[15:0]), .y(y_16x4));
-  (* hierconn *) wire [1:0] \dut_16x4.position ;
-  (* hierconn *) wire [1:0] \dut_16x4.slot ;
-  (* hierconn *) wire [15:0] \dut_16x4.watched ;
-  followed #(.WIDTH(16), .BITS(2), .LENGTH(3)) followed_16x4 (
-    .clock(clock), .reset(reset), .advance(advance), .choose(choose), .x(x[15:0]), .y(y_16x4),
-    .position(\dut_16x4.position ), .watched(\dut_16x4.watched ), .slot(\dut_16x4.slot )
-  );
-
-  wire [15:0] y_16x7;
-  delay_16x7 dut_16x7 (.clock(clock), .reset(reset), .advance(advance), .x(x[15:0]), .y(y_16x7));
-  (* hierconn *) wire [2:0] \dut_16x7.position ;
-  (* hierconn *) wire [2:0] \dut_16x7.slot ;
-  (* hierconn *) wire [15:0] \dut_16x7.watched ;
-  followed #(.WIDTH(16), .BITS(3), .LENGTH(6)) followed_16x7 (
-    .clock(clock), .reset(reset), .advance(advance), .choose(choose), .x(x[15:0]), .y(y_16x7),
-    .position(\dut_16x7.position ), .watched(\dut_16x7.watched ), .slot(\dut_16x7.slot )
-  );
-
-  wire [17:0] y_18x20;
-  delay_18x20 dut_18x20 (.clock(clock), .reset(reset), .advance(advance), .x(x[17:0]), .y(y_18x20));
-  (* hierconn *) wire [4:0] \dut_18x20.position ;
-  (* hierconn *) wire [4:0] \dut_18x20.slot ;
-  (* hierconn *) wire [17:0] \dut_18x20.watched ;
-  followed #(.WIDTH(18), .BITS(5), .LENGTH(19)) followed_18x20 (
-    .clock(clock), .reset(reset), .advance(advance), .choose(choose), .x(x[17:0]), .y(y_18x20),
-    .position(\dut_18x20.position ), .watched(\dut_18x20.watched ), .slot(\dut_18x20.slot )
-  );
-
-  wire [63:0] y_64x4;
-  delay_64x4 dut_64x4 (.clock(clock), .reset(reset), .advance(advance), .x({x[9:0], x, x, x}), .y(y_64x4));
-  (* hierconn *) wire [1:0] \dut_64x4.position ;
-  (* hierconn *) wire [1:0] \dut_64x4.slot ;
-  (* hierconn *) wire [63:0] \dut_64x4.watched ;
-  followed #(.WIDTH(64), .BITS(2), .LENGTH(3)) followed_64x4 (
-    .clock(clock), .reset(reset), .advance(advance), .choose(choose), .x({x[9:0], x, x, x}), .y(y_64x4),
-    .position(\dut_64x4.position ), .watched(\dut_64x4.watched ), .slot(\dut_64x4.slot )
-  );
-
-  wire [17:0] y_18x4;
-  delay_18x4 dut_18x4 (.clock(clock), .reset(reset), .advance(advance), .x(x[17:0]), .y(y_18x4));
-  (* hierconn *) wire [1:0] \dut_18x4.position ;
-  (* hierconn *) wire [1:0] \dut_18x4.slot ;
-  (* hierconn *) wire [17:0] \dut_18x4.watched ;
-  followed #(.WIDTH(18), .BITS(2), .LENGTH(3), .COVERED(1)) followed_18x4 (
-    .clock(clock), .reset(reset), .advance(advance), .choose(choose), .x(x[17:0]), .y(y_18x4),
-    .position(\dut_18x4.position ), .watched(\dut_18x4.watched ), .slot(\dut_18x4.slot )
-  );
-
-  wire [17:0] y_18x8;
-  delay_18x8 dut_18x8 (.clock(clock), .reset(reset), .advance(advance), .x(x[17:0]), .y(y_18x8));
-  (* hierconn *) wire [2:0] \dut_18x8.position ;
-  (* hierconn *) wire [2:0] \dut_18x8.slot ;
-  (* hierconn *) wire [17:0] \dut_18x8.watched ;
-  followed #(.WIDTH(18), .BITS(3), .LENGTH(7)) followed_18x8 (
-    .clock(clock), .reset(reset), .advance(advance), .choose(choose), .x(x[17:0]), .y(y_18x8),
-    .position(\dut_18x8.position ), .watched(\dut_18x8.watched ), .slot(\dut_18x8.slot )
-  );
-
-  wire [17:0] y_18x16;
-  delay_18x16 dut_18x16 (.clock(clock), .reset(reset), .advance(advance), .x(x[17:0]), .y(y_18x16));
-  (* hierconn *) wire [3:0] \dut_18x16.position ;
-  (* hierconn *) wire [3:0] \dut_18x16.slot ;
-  (* hierconn *) wire [17:0] \dut_18x16.watched ;
-  followed #(.WIDTH(18), .BITS(4), .LENGTH(15)) followed_18x16 (
-    .clock(clock), .reset(reset), .advance(advance), .choose(choose), .x(x[17:0]), .y(y_18x16),
-    .position(\dut_18x16.position ), .watched(\dut_18x16.watched ), .slot(\dut_18x16.slot )
-  );
-
-  wire [17:0] y_18x32;
-  delay_18x32 dut_18x32 (.clock(clock), .reset(reset), .advance(advance), .x(x[17:0]), .y(y_18x32));
-  (* hierconn *) wire [4:0] \dut_18x32.position ;
-  (* hierconn *) wire [4:0] \dut_18x32.slot ;
-  (* hierconn *) wire [17:0] \dut_18x32.watched ;
-  followed #(.WIDTH(18), .BITS(5), .LENGTH(31)) followed_18x32 (
-    .clock(clock), .reset(reset), .advance(advance), .choose(choose), .x(x[17:0]), .y(y_18x32),
-    .position(\dut_18x32.position ), .watched(\dut_18x32.watched ), .slot(\dut_18x32.slot )
-  );
-
-  // Delays of registers alone.
+  // Delays of registers alone: the last samples, the newest lowest.
   reg [1:0] filled = 2'd0;
-  reg [17:0] before, before_2;
+  reg [63:0] sample_1, sample_2, sample_3;
   always @(posedge clock)
     if (advance) begin
-      if (filled != 2'd2) filled <= filled + 2'd1;
-      before <= x;
-      before_2 <= before;
+      if (filled != 2'd3) filled <= filled + 2'd1;
+      {sample_3, sample_2, sample_1} <= {sample_2, sample_1, x};
     end
-  wire [14:0] y_15x1;
-  delay_15x1 dut_15x1 (.clock(clock), .reset(reset), .advance(advance), .x(x[14:0]), .y(y_15x1));
-  wire [15:0] y_16x1;
-  delay_16x1 dut_16x1 (.clock(clock), .reset(reset), .advance(advance), .x(x[15:0]), .y(y_16x1));
-  wire [17:0] y_18x1;
-  delay_18x1 dut_18x1 (.clock(clock), .reset(reset), .advance(advance), .x(x[17:0]), .y(y_18x1));
-  wire [17:0] y_18x2;
-  delay_18x2 dut_18x2 (.clock(clock), .reset(reset), .advance(advance), .x(x[17:0]), .y(y_18x2));
-  (* hierconn *) wire [17:0] \dut_18x2.delayed_1 ;
+for {bits} {steps}: each delay 1..3
+  wire [{bits}-1:0] y_{bits}x{steps};
+  delay #(.BITS({bits}), .STEPS({steps})) dut_{bits}x{steps} (
+    .clock(clock), .reset(reset), .advance(advance), .x(x[{bits}-1:0]), .y(y_{bits}x{steps})
+  );
+  (* hierconn *) wire [{bits}*{steps}-1:0] \dut_{bits}x{steps}.in_registers.delayed ;
+  wire [{bits}*3-1:0] samples_{bits}x{steps} = {sample_3[{bits}-1:0], sample_2[{bits}-1:0], sample_1[{bits}-1:0]};
+  wire [{bits}*{steps}-1:0] of_filled_{bits}x{steps} = ~({{bits}*{steps}{1'b1}} << {bits} * filled);
+  always @(posedge clock) begin
+    in_registers_{bits}x{steps}: assert (((\dut_{bits}x{steps}.in_registers.delayed ^ samples_{bits}x{steps}[{bits}*{steps}-1:0])
+      & of_filled_{bits}x{steps}) == 0);
+    out_of_registers_{bits}x{steps}: assert (filled < {steps} || y_{bits}x{steps} == samples_{bits}x{steps}[{bits}*({steps}-1) +: {bits}]);
+  end
+end
 
   // Delays of flags: a reset clears the flags in flight.
-  wire flag_2, flag_8;
-  flag_delay_2 dut_flag_2 (.clock(clock), .reset(reset), .advance(advance), .x(x[0]), .y(flag_2));
-  flag_delay_8 dut_flag_8 (.clock(clock), .reset(reset), .advance(advance), .x(x[0]), .y(flag_8));
-  (* hierconn *) wire [0:0] \dut_flag_2.delayed ;
-  (* hierconn *) wire [6:0] \dut_flag_8.delayed ;
-  reg [3:0] flags_filled = 4'd0;
-  reg [7:0] flags;
+  reg [5:0] flags_filled = 6'd0;
+  reg [31:0] flags;
   always @(posedge clock)
     if (reset)
-      flags_filled <= 4'd0;
+      flags_filled <= 6'd0;
     else if (advance) begin
-      if (flags_filled != 4'd8) flags_filled <= flags_filled + 4'd1;
-      flags <= {flags[6:0], x[0]};
+      if (flags_filled != 6'd32) flags_filled <= flags_filled + 6'd1;
+      flags <= {flags[30:0], x[0]};
     end
+  always @(posedge clock) flags_count: assert (flags_filled <= 6'd32);
+for {steps}: each flag_delay
+  wire flag_{steps};
+  flag_delay #(.STEPS({steps})) dut_flag_{steps} (.clock(clock), .reset(reset), .advance(advance), .x(x[0]), .y(flag_{steps}));
+  (* hierconn *) wire [{steps}-1:0] \dut_flag_{steps}.delayed ;
+  reg cleared_{steps} = 0;
   always @(posedge clock) begin
-    in_flight: assert (((\dut_flag_8.delayed ^ flags[6:0]) & ~(7'd127 << flags_filled)) == 7'd0);
-    in_flight_2: assert (flags_filled == 4'd0 || \dut_flag_2.delayed == flags[0]);
-    flags_delayed: assert ((flags_filled < 4'd8 || flag_8 == flags[7]) && (flags_filled < 4'd2 || flag_2 == flags[1]));
-    one_step: assert (filled == 2'd0 || (y_15x1 == before[14:0] && y_16x1 == before[15:0] && y_18x1 == before && \dut_18x2.delayed_1 == before));
-    two_steps: assert (filled != 2'd2 || y_18x2 == before_2);
+    // Since a reset, what has not been filled is 0.
+    cleared_{steps} <= cleared_{steps} | reset;
+    in_flight_{steps}: assert (((\dut_flag_{steps}.delayed ^ flags[{steps}-1:0]) & ~({{steps}{1'b1}} << flags_filled)) == 0);
+    clear_{steps}: assert (!cleared_{steps} || (\dut_flag_{steps}.delayed & ({{steps}{1'b1}} << flags_filled)) == 0);
+    flag_leaves_{steps}: assert ((flags_filled < {steps} || flag_{steps} == flags[{steps}-1])
+      && (!cleared_{steps} || flags_filled >= {steps} || !flag_{steps}));
   end
+end
 endmodule

@@ -1,24 +1,24 @@
-// row_look_ahead_K: p[c] = u[min(c + 2^K, W - 1)], q[c] = u[c], 2^K steps after u[c] entered; the markers leave
-// 2^K + 4 steps after they entered.
+// row_look_ahead: p[c] = u[min(c + DISTANCE, W - 1)], q[c] = u[c], DISTANCE steps after u[c] entered; the markers leave
+// DISTANCE + 4 steps after they entered.
 // Nothing is reset: the first state is arbitrary, which includes every state after a reset.
 
 module row_look_ahead_stage #(parameter DISTANCE = 1) (
-  input clock, input advance, input last, input load, input [17:0] x, input [17:0] delayed, input [17:0] p,
-  input [17:0] q, input last_out, input load_out, input [6:0] remaining, input [17:0] border,
-  input [6:0] last_remaining, input [6:0] load_remaining, input [15:0] g, input [17:0] y, input [17:0] lerp_p,
-  input [17:0] lerp_q, input [15:0] lerp_g, input [17:0] lerp_y
+  input clock, input advance, input last, input load, input [`S-1:0] x, input [`S-1:0] delayed, input [`S-1:0] p,
+  input [`S-1:0] q, input last_out, input load_out, input [6:0] remaining, input [`S-1:0] border,
+  input [6:0] last_remaining, input [6:0] load_remaining, input [`C-1:0] g, input [`S-1:0] y, input [`S-1:0] lerp_p,
+  input [`S-1:0] lerp_q, input [`C-1:0] lerp_g, input [`S-1:0] lerp_y
 );
   // Steps since the start, and since the last sample of the row, both up to 64.
   reg [6:0] steps = 7'd0, since = 7'd64;
   reg seen = 0, stepped = 0, p_known = 0;
-  reg [17:0] kept, p_wanted, q_wanted;
+  reg [`S-1:0] kept, p_wanted, q_wanted;
   // The samples of the last steps, the newest lowest.
-  reg [18 * DISTANCE - 1:0] samples;
+  reg [`S * DISTANCE - 1:0] samples;
   reg [6:0] since_load = 7'd64;
   reg seen_load = 0;
   // The coefficient in the step of the last marker that left.
   reg loaded = 0;
-  reg [15:0] frames_g;
+  reg [`C-1:0] frames_g;
   always @(posedge clock)
     if (advance) begin
       if (load_out) begin
@@ -45,7 +45,7 @@ module row_look_ahead_stage #(parameter DISTANCE = 1) (
     end
 
   always @(posedge clock) begin
-    assume (delayed == samples[18 * DISTANCE - 1:18 * (DISTANCE - 1)]);
+    assume (delayed == samples[`S * DISTANCE - 1:`S * (DISTANCE - 1)]);
     // Rows are at least 64 columns wide.
     assume (!advance || !last || since == 7'd64);
     counts: assert (seen ? remaining == (since <= DISTANCE ? DISTANCE + 7'd1 - since : 7'd0) : remaining + steps <= 7'd63 || remaining == 7'd0);
@@ -68,34 +68,37 @@ endmodule
 
 module row_look_ahead_properties (input clock);
   (* anyseq *) reg advance, last, load;
-  (* anyseq *) reg [17:0] x;
-  (* anyseq *) reg [15:0] g;
+  (* anyseq *) reg [`S-1:0] x;
+  (* anyseq *) reg [`C-1:0] g;
 
-for {k} {distance} {delay}: 0 1 2, 1 2 2, 2 4 2, 3 8 3, 4 16 4, 5 32 5
+for {k}: each row_look_ahead
   wire last_out_{k}, load_out_{k};
-  wire [17:0] y_{k};
-  row_look_ahead_{k} dut_{k} (
+  wire [`S-1:0] y_{k};
+  row_look_ahead #(.DISTANCE({k})) dut_{k} (
     .clock(clock), .reset(1'b0), .advance(advance), .x(x), .last(last), .load(load), .g(g), .y(y_{k}),
     .last_out(last_out_{k}), .loads(load_out_{k})
   );
-  (* hierconn, keep *) wire [17:0] \dut_{k}.lerp.p ;
+  (* hierconn, keep *) wire [`S-1:0] \dut_{k}.lerp.p ;
   (* hierconn, keep *) wire \dut_{k}.lerp.advance ;
-  (* hierconn, keep *) wire [17:0] \dut_{k}.sample_delay.x ;
+  (* hierconn, keep *) wire [`S-1:0] \dut_{k}.sample_delay.x ;
   (* hierconn, keep *) wire \dut_{k}.sample_delay.advance ;
+  (* hierconn, keep *) wire [31:0] \dut_{k}.sample_delay.parameter_STEPS ;
+  (* hierconn, keep *) wire [31:0] \dut_{k}.sample_delay.parameter_BITS ;
   always @(posedge clock)
-    parts_{k}: assert (\dut_{k}.sample_delay.x == x && \dut_{k}.sample_delay.advance == advance
+    parts_{k}: assert (\dut_{k}.sample_delay.parameter_STEPS == {k} && \dut_{k}.sample_delay.parameter_BITS == `S
+      && \dut_{k}.sample_delay.x == x && \dut_{k}.sample_delay.advance == advance
       && \dut_{k}.lerp.advance == advance);
-  (* hierconn, keep *) wire [17:0] \dut_{k}.lerp.q ;
-  (* hierconn, keep *) wire [15:0] \dut_{k}.lerp.g ;
-  (* hierconn, keep *) wire [17:0] \dut_{k}.lerp.y ;
-  (* hierconn *) wire [17:0] \dut_{k}.border_p ;
-  (* hierconn *) wire [17:0] \dut_{k}.border_q ;
-  (* hierconn *) wire [17:0] \dut_{k}.sample_delay_y ;
-  (* hierconn *) wire [{k}:0] \dut_{k}.border.remaining ;
-  (* hierconn *) wire [17:0] \dut_{k}.border.border ;
-  (* hierconn *) wire [{delay}:0] \dut_{k}.last_delay.remaining ;
-  (* hierconn *) wire [{delay}:0] \dut_{k}.load_delay.remaining ;
-  row_look_ahead_stage #(.DISTANCE({distance})) stage_{k} (
+  (* hierconn, keep *) wire [`S-1:0] \dut_{k}.lerp.q ;
+  (* hierconn, keep *) wire [`C-1:0] \dut_{k}.lerp.g ;
+  (* hierconn, keep *) wire [`S-1:0] \dut_{k}.lerp.y ;
+  (* hierconn *) wire [`S-1:0] \dut_{k}.border_p ;
+  (* hierconn *) wire [`S-1:0] \dut_{k}.border_q ;
+  (* hierconn *) wire [`S-1:0] \dut_{k}.sample_delay_y ;
+  (* hierconn *) wire [$clog2({k}+1)-1:0] \dut_{k}.border.remaining ;
+  (* hierconn *) wire [`S-1:0] \dut_{k}.border.border ;
+  (* hierconn *) wire [$clog2({k}+4)-1:0] \dut_{k}.last_delay.remaining ;
+  (* hierconn *) wire [$clog2({k}+4)-1:0] \dut_{k}.load_delay.remaining ;
+  row_look_ahead_stage #(.DISTANCE({k})) stage_{k} (
     .clock(clock), .advance(advance), .last(last), .load(load), .x(x), .delayed(\dut_{k}.sample_delay_y ),
     .p(\dut_{k}.border_p ), .q(\dut_{k}.border_q ), .last_out(last_out_{k}), .load_out(load_out_{k}),
     .remaining(\dut_{k}.border.remaining ), .border(\dut_{k}.border.border ),
@@ -104,10 +107,7 @@ for {k} {distance} {delay}: 0 1 2, 1 2 2, 2 4 2, 3 8 3, 4 16 4, 5 32 5
   );
 end
 
-  // The end of a row, from the row cursor of the smoother to its first look-ahead stage, in smoothers of six stages.
-  wire end_y;
-  pulse_delay_24 row_end (.clock(clock), .reset(1'b0), .advance(advance), .x(load), .y(end_y));
-  (* hierconn *) wire [4:0] \row_end.remaining ;
+  // The end of a row, from the row cursor of a smoother to its first look-ahead stage, and other delays of pulses.
   reg [6:0] steps = 7'd0, since = 7'd64;
   reg seen = 0;
   always @(posedge clock)
@@ -116,10 +116,16 @@ end
       since <= load ? 7'd1 : since != 7'd64 ? since + 7'd1 : since;
       seen <= seen | load;
     end
-  always @(posedge clock) begin
+  always @(posedge clock)
     end_since: assert (since >= 7'd1 && since <= 7'd64 && steps <= 7'd64 && (seen || since == 7'd64));
-    end_counts: assert (seen ? \row_end.remaining == (since < 7'd24 ? 7'd24 - since : 7'd0)
-      : \row_end.remaining + steps <= 7'd63 || \row_end.remaining == 5'd0);
-    end_leaves: assert (seen ? end_y == (since == 7'd24) || since == 7'd1 : !end_y || steps < 7'd64);
+for {n}: each pulse_delay
+  wire end_{n};
+  pulse_delay #(.STEPS({n})) pulse_{n} (.clock(clock), .reset(1'b0), .advance(advance), .x(load), .y(end_{n}));
+  (* hierconn *) wire [$clog2({n})-1:0] \pulse_{n}.remaining ;
+  always @(posedge clock) begin
+    counts_{n}: assert (seen ? \pulse_{n}.remaining == (since < 7'd{n} ? 7'd{n} - since : 7'd0)
+      : \pulse_{n}.remaining + steps <= 7'd63 || \pulse_{n}.remaining == 0);
+    leaves_{n}: assert (seen ? end_{n} == (since == 7'd{n}) || since == 7'd1 : !end_{n} || steps < 7'd64);
   end
+end
 endmodule

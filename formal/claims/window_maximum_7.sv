@@ -1,18 +1,15 @@
-// window_maximum_7: y[t] is the largest of x[t - 3] .. x[t - 9], for every sequence and every stall.
+// window_maximum of 7 samples: y[t] is the largest of x[t - 3] .. x[t - 9], for every sequence and every stall.
 module window_maximum_7_properties (input clock);
   (* anyseq *) reg advance;
   (* anyseq *) reg [`D-1:0] x;
   wire [`D-1:0] y;
-  window_maximum_7 dut (.clock(clock), .advance(advance), .x(x), .y(y));
+  window_maximum #(.BITS(`D), .SAMPLES(7)) dut (.clock(clock), .advance(advance), .x(x), .y(y));
 
-  (* hierconn *) wire [`D-1:0] \dut.r0_delayed_1 ;
-  (* hierconn *) wire [`D-1:0] \dut.r1 ;
-  (* hierconn *) wire [`D-1:0] \dut.r1_delayed_1 ;
-  (* hierconn *) wire [`D-1:0] \dut.r1_delayed_2 ;
-  (* hierconn *) wire [`D-1:0] \dut.r2 ;
-  (* hierconn *) wire [`D-1:0] \dut.r2_delayed_1 ;
-  (* hierconn *) wire [`D-1:0] \dut.r2_delayed_2 ;
-  (* hierconn *) wire [`D-1:0] \dut.r2_delayed_3 ;
+  (* hierconn *) wire [`D-1:0] \dut.round[0].delayed ;
+  (* hierconn *) wire [`D-1:0] \dut.round[0].larger ;
+  (* hierconn *) wire [2*`D-1:0] \dut.round[1].delayed ;
+  (* hierconn *) wire [`D-1:0] \dut.round[1].larger ;
+  (* hierconn *) wire [3*`D-1:0] \dut.round[2].delayed ;
 
   function [`D-1:0] larger(input [`D-1:0] a, input [`D-1:0] b);
     larger = a > b ? a : b;
@@ -44,14 +41,14 @@ module window_maximum_7_properties (input clock);
   wire [`D-1:0] four_6 = larger(two_6, two_8);
 
   always @(posedge clock) begin
-    if (steps >= 4'd1) sample: assert (\dut.r0_delayed_1 == s1);
-    if (steps >= 4'd2) pair_1: assert (\dut.r1 == two_1);
-    if (steps >= 4'd3) pair_2: assert (\dut.r1_delayed_1 == two_2);
-    if (steps >= 4'd4) pair_3: assert (\dut.r1_delayed_2 == two_3);
-    if (steps >= 4'd5) four: assert (\dut.r2 == four_2);
-    if (steps >= 4'd6) four_late_1: assert (\dut.r2_delayed_1 == four_3);
-    if (steps >= 4'd7) four_late_2: assert (\dut.r2_delayed_2 == four_4);
-    if (steps >= 4'd8) four_late_3: assert (\dut.r2_delayed_3 == four_5);
+    if (steps >= 4'd1) sample: assert (\dut.round[0].delayed == s1);
+    if (steps >= 4'd2) pair_1: assert (\dut.round[0].larger == two_1);
+    if (steps >= 4'd3) pair_2: assert (\dut.round[1].delayed [`D-1:0] == two_2);
+    if (steps >= 4'd4) pair_3: assert (\dut.round[1].delayed [2*`D-1:`D] == two_3);
+    if (steps >= 4'd5) four: assert (\dut.round[1].larger == four_2);
+    if (steps >= 4'd6) four_late_1: assert (\dut.round[2].delayed [`D-1:0] == four_3);
+    if (steps >= 4'd7) four_late_2: assert (\dut.round[2].delayed [2*`D-1:`D] == four_4);
+    if (steps >= 4'd8) four_late_3: assert (\dut.round[2].delayed [3*`D-1:2*`D] == four_5);
     if (steps == 4'd9) begin
       definition: assert (y == larger(larger(larger(larger(larger(larger(s3, s4), s5), s6), s7), s8), s9));
       oldest: cover (y == s9 && y > s3);

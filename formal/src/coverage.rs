@@ -413,7 +413,7 @@ fn draw(
         let script = format!(
             "{read}hierarchy -check {top}\nproc\nwrite_rtlil base.il\nmutate -list {asked} -seed {seed} -o \
              mutations.txt {}\n",
-            modules.join(" ")
+            selection(&modules)
         );
         run_yosys(&script, folder)?;
         let text = fs::read_to_string(&list).map_err(at_path(&list))?;
@@ -424,6 +424,21 @@ fn draw(
             return Ok(drawn);
         }
         asked += number - drawn.len();
+    }
+}
+
+/// Returns what selects modules in Yosys, which calls a module with parameters `$paramod..\NAME` or
+/// `$paramod\NAME\P=V..`.
+fn selection(modules: &[&str]) -> String {
+    let one = |name: &&str| format!("{name} $paramod*\\{name} $paramod\\{name}\\*");
+    modules.iter().map(one).collect::<Vec<_>>().join(" ")
+}
+
+/// Returns the name in the source of a module of Yosys, see [`selection`].
+fn source_name(module: &str) -> &str {
+    match module.strip_prefix("$paramod\\") {
+        Some(rest) => rest.split('\\').next().unwrap_or_default(),
+        None => module.rsplit('\\').next().unwrap_or_default(),
     }
 }
 
@@ -521,8 +536,9 @@ fn outputs(claim: &Claim, own: &[&str], design: &str) -> (String, Vec<Output>) {
         let Some(of) = modules.get(module) else { continue };
         for (kind, name) in &of.instances {
             let inner = format!("{path}{name}.");
-            let Some(instance) = modules.get(kind).filter(|_| own.contains(kind)) else { continue };
-            let ports: &[&str] = match (claim.cut.iter().any(|cut| cut == kind), path.is_empty()) {
+            let source = source_name(kind);
+            let Some(instance) = modules.get(kind).filter(|_| own.contains(&source)) else { continue };
+            let ports: &[&str] = match (claim.cut.iter().any(|cut| cut == source), path.is_empty()) {
                 (true, _) => &instance.inputs,
                 (false, true) => &instance.outputs,
                 (false, false) => &[],

@@ -269,21 +269,25 @@ pub(crate) fn prepare(
     Ok(paths)
 }
 
-/// Returns a module without its contents: its outputs may have any value in each step, and its inputs stay visible.
+/// Returns a module without its contents: its outputs may have any value in each step. Its inputs stay visible, and so
+/// does each parameter `P`, as `parameter_P`.
 fn without_contents(text: &str) -> String {
     let mut head: String = text.lines().take_while(|line| *line != ");").map(|line| format!("{line}\n")).collect();
+    let parameters =
+        head.lines().filter_map(|line| line.trim().strip_prefix("parameter ")?.split_once(" =")?.0.rsplit(' ').next());
+    let parameters: String = parameters.map(|name| format!("wire [31:0] parameter_{name} = {name};\n")).collect();
     head = head.replace("output reg ", "output wire ");
     // Yosys takes a module with nothing in it for a black box, which it does not flatten.
-    head + ");\nwire abstracted;\nendmodule\n"
+    head + ");\nwire abstracted;\n" + &parameters + "endmodule\n"
 }
 
 /// Renames the modules of `files` in a source to `golden_NAME`; a file has the name of its module.
 fn rename_golden(text: &str, files: &[String]) -> String {
     let golden = |line: &str| {
-        // The head of a module, or an instance: module name, blank, instance name, bracket.
+        // The head of a module, or an instance: module name, blank, parameters or instance name, bracket.
         let head = line.strip_prefix("module ").unwrap_or(line);
         let name = head.split(' ').next().unwrap_or_default();
-        let known = line.ends_with(" (") && files.iter().any(|file| file.strip_suffix(".v") == Some(name));
+        let known = line.ends_with('(') && files.iter().any(|file| file.strip_suffix(".v") == Some(name));
         if known { line.replacen(name, &format!("golden_{name}"), 1) } else { line.to_owned() }
     };
     text.lines().map(|line| golden(line) + "\n").collect()
@@ -295,8 +299,9 @@ mod tests {
 
     #[test]
     fn only_the_names_of_golden_modules_change() {
-        let text = "module pair (\n  input wire half\n);\nhalf half (\n  .x(half)\n);\nother half_2 (\n);\nendmodule\n";
-        let golden = text.replace("module pair", "module golden_pair").replace("\nhalf half", "\ngolden_half half");
+        let text = "module pair #(\n  parameter N = 1\n) (\n  input wire half\n);\nhalf #(.N(N)) half (\n  .x(half)\n);\
+                    \nother half_2 (\n);\nendmodule\n";
+        let golden = text.replace("module pair", "module golden_pair").replace("\nhalf #", "\ngolden_half #");
         assert_eq!(rename_golden(text, &["pair.v".into(), "half.v".into()]), golden);
     }
 }

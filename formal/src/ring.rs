@@ -27,21 +27,27 @@ pub fn claims() -> Vec<Claim> {
     (0..RADII.len()).flat_map(|scale| [false, true].map(|aligned| Wrapper::new(scale, aligned).claim())).collect()
 }
 
-/// Returns the rows of a ring, the one with the newest samples first. A row lists its points in ascending order, each
-/// as its delay in steps from the newest sample and its number.
-pub(crate) fn ring_rows(radius: u32) -> Vec<Vec<(usize, usize)>> {
+/// Returns the rows of a ring by their lines before the newest one. A row lists its points in ascending order, each as
+/// its delay in steps from the newest sample and its number.
+fn rows_by_line(radius: u32) -> BTreeMap<i64, Vec<(usize, usize)>> {
     let mut rows: BTreeMap<i64, Vec<(usize, usize)>> = BTreeMap::new();
     for point in 0..POINTS {
         let angle = 2.0 * PI * point as f64 / POINTS as f64;
         let [dx, dy] = [angle.cos(), angle.sin()].map(|part| (f64::from(radius) * part).round() as i64);
         rows.entry(CENTRE_DELAY - dy).or_default().push(((CENTRE_DELAY - dx) as usize, point));
     }
-    rows.into_values()
-        .map(|mut row| {
-            row.sort_unstable();
-            row
-        })
-        .collect()
+    rows.values_mut().for_each(|row| row.sort_unstable());
+    rows
+}
+
+/// Returns the rows of a ring, the one with the newest samples first.
+pub(crate) fn ring_rows(radius: u32) -> Vec<Vec<(usize, usize)>> {
+    rows_by_line(radius).into_values().collect()
+}
+
+/// Returns the rows of a ring that come from a line memory: bit `k - 1` for the row `k` lines before the newest.
+pub(crate) fn ring_taps(radius: u32) -> u64 {
+    rows_by_line(radius).into_keys().filter(|line| *line > 0).fold(0, |taps, line| taps | 1 << (line - 1))
 }
 
 /// The parts of a wrapper under construction.

@@ -27,6 +27,80 @@ const KT27_RESETS: [(u32, u32); 23] = [
     (34, 65396),
 ];
 
+/// Modules with parameters of the default design, with the numbers of their instances.
+const KT27_VARIANTS: &[(&str, &[u32])] = &[
+    ("delay", &[15, 1]),
+    ("delay", &[15, 5]),
+    ("delay", &[16, 1]),
+    ("delay", &[16, 4]),
+    ("delay", &[16, 7]),
+    ("delay", &[16, 10]),
+    ("delay", &[16, 11]),
+    ("delay", &[18, 1]),
+    ("delay", &[18, 2]),
+    ("delay", &[18, 4]),
+    ("delay", &[18, 8]),
+    ("delay", &[18, 16]),
+    ("delay", &[18, 20]),
+    ("delay", &[18, 32]),
+    ("delay", &[64, 4]),
+    ("flag_delay", &[1]),
+    ("flag_delay", &[2]),
+    ("flag_delay", &[3]),
+    ("flag_delay", &[4]),
+    ("flag_delay", &[7]),
+    ("flag_delay", &[8]),
+    ("flag_delay", &[11]),
+    ("flag_delay", &[15]),
+    ("flag_delay", &[19]),
+    ("frame_delay", &[1, 4, 11]),
+    ("frame_delay", &[2, 4, 11]),
+    ("frame_delay", &[3, 10, 11]),
+    ("frame_delay", &[4, 4, 11]),
+    ("frame_delay", &[8, 4, 11]),
+    ("frame_delay", &[8, 7, 11]),
+    ("frame_delay", &[15, 13, 11]),
+    ("frame_delay", &[48, 1, 11]),
+    ("line_delay", &[16, 6, 0x3f, 6, 10]),
+    ("line_delay", &[16, 28, 0xed2_a5b8, 15, 10]),
+    ("line_delay", &[16, 32, 0xd524_9255, 14, 10]),
+    ("line_delay", &[18, 1, 1, 1, 10]),
+    ("pulse_delay", &[5]),
+    ("pulse_delay", &[6]),
+    ("pulse_delay", &[8]),
+    ("pulse_delay", &[12]),
+    ("pulse_delay", &[20]),
+    ("pulse_delay", &[24]),
+    ("pulse_delay", &[36]),
+    ("row_look_ahead", &[1]),
+    ("row_look_ahead", &[2]),
+    ("row_look_ahead", &[4]),
+    ("row_look_ahead", &[8]),
+    ("row_look_ahead", &[16]),
+    ("row_look_ahead", &[32]),
+    ("row_look_ahead_border", &[18, 1]),
+    ("row_look_ahead_border", &[18, 2]),
+    ("row_look_ahead_border", &[18, 4]),
+    ("row_look_ahead_border", &[18, 8]),
+    ("row_look_ahead_border", &[18, 16]),
+    ("row_look_ahead_border", &[18, 32]),
+    ("row_look_back", &[1]),
+    ("row_look_back", &[2]),
+    ("row_look_back", &[4]),
+    ("row_look_back", &[8]),
+    ("row_look_back", &[16]),
+    ("row_look_back", &[32]),
+    ("row_look_back_border", &[18, 1]),
+    ("row_look_back_border", &[18, 2]),
+    ("row_look_back_border", &[18, 4]),
+    ("row_look_back_border", &[18, 8]),
+    ("row_look_back_border", &[18, 16]),
+    ("row_look_back_border", &[18, 32]),
+    ("window_maximum", &[15, 3]),
+    ("window_maximum", &[15, 5]),
+    ("window_maximum", &[15, 7]),
+];
+
 /// Word lengths, sizes and names of a design.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Shape {
@@ -56,6 +130,8 @@ pub struct Shape {
     pub record_fifo: u32,
     /// Registers whose value after a reset is not 0: address in words, and value.
     pub resets: Vec<(u32, u32)>,
+    /// Modules with parameters, and the numbers that an instance of them has, in the order of the module's header.
+    pub variants: Vec<(String, Vec<u32>)>,
 }
 
 impl Shape {
@@ -75,6 +151,7 @@ impl Shape {
             candidate_queue: 512,
             record_fifo: 512,
             resets: KT27_RESETS.to_vec(),
+            variants: KT27_VARIANTS.iter().map(|(module, numbers)| ((*module).to_owned(), numbers.to_vec())).collect(),
         }
     }
 
@@ -93,13 +170,13 @@ impl Shape {
         bits(self.width - 1)
     }
 
-    /// Returns a wrapper for this design: macros for its numbers, then the text with its blocks [`unrolled`], where a line
+    /// Returns a wrapper for this design: macros for its numbers, then the text with its blocks unrolled, where a line
     /// that begins with `each pair` is repeated for each scale pair `{k}`, `{next}` the next, and `{pairs}` is their
     /// number.
     pub(crate) fn wrapper(&self, text: &str) -> String {
         let resets: Vec<String> =
             self.resets.iter().map(|(address, value)| format!("6'd{address}: after_reset = 32'd{value};")).collect();
-        let lines = unrolled(text).into_iter().flat_map(|line| self.pairs_of(&line)).map(|line| {
+        let lines = self.unrolled(text).into_iter().flat_map(|line| self.pairs_of(&line)).map(|line| {
             line.replace("{pairs}", &self.pairs().to_string()).replace("{resets}", &resets.join("\n      ")) + "\n"
         });
         self.numbers().iter().map(|(name, value)| format!("`define {name} {value}\n")).chain(lines).collect()
@@ -166,27 +243,42 @@ impl Shape {
             ("RECORD", 128 + 64 * pairs),
         ]
     }
-}
 
-/// Returns the lines of a text. Those from `for {a} {b}: A B, C D` to `end` are repeated for each row of values, which
-/// replace the names.
-pub(crate) fn unrolled(text: &str) -> Vec<String> {
-    let mut lines = Vec::new();
-    let mut rest = text.lines();
-    while let Some(line) = rest.next() {
-        let Some((names, rows)) = line.strip_prefix("for ").and_then(|head| head.split_once(':')) else {
-            lines.push(line.to_owned());
-            continue;
-        };
-        let block: Vec<&str> = rest.by_ref().take_while(|line| *line != "end").collect();
-        for row in rows.split(',') {
-            let values = || names.split_whitespace().zip(row.split_whitespace());
-            let filled =
-                |line: &&str| values().fold((*line).to_owned(), |line, (name, value)| line.replace(name, value));
-            lines.extend(block.iter().map(filled));
+    /// Returns the lines of a text. Those from `for {a} {b}: A B, C D` to `end` are repeated for each row of values,
+    /// which replace the names. The rows of `each MODULE` are the numbers of the module's instances, those of
+    /// `each MODULE FROM..TO` where the last of them is in the range.
+    pub(crate) fn unrolled(&self, text: &str) -> Vec<String> {
+        let mut lines = Vec::new();
+        let mut rest = text.lines();
+        while let Some(line) = rest.next() {
+            let Some((names, rows)) = line.strip_prefix("for ").and_then(|head| head.split_once(':')) else {
+                lines.push(line.to_owned());
+                continue;
+            };
+            let block: Vec<&str> = rest.by_ref().take_while(|line| *line != "end").collect();
+            let rows: Vec<String> = match rows.trim().strip_prefix("each ") {
+                Some(which) => self.rows_of(which),
+                None => rows.split(',').map(str::to_owned).collect(),
+            };
+            for row in &rows {
+                let values = || names.split_whitespace().zip(row.split_whitespace());
+                let filled =
+                    |line: &&str| values().fold((*line).to_owned(), |line, (name, value)| line.replace(name, value));
+                lines.extend(block.iter().map(filled));
+            }
         }
+        lines
     }
-    lines
+
+    /// Returns the numbers of the instances of a module, `MODULE` or `MODULE FROM..TO`.
+    fn rows_of(&self, which: &str) -> Vec<String> {
+        let (module, range) = which.split_once(' ').unwrap_or((which, ".."));
+        let (from, to) = range.split_once("..").unwrap_or_default();
+        let range = from.parse().unwrap_or(0)..=to.parse().unwrap_or(u32::MAX);
+        let of_module = self.variants.iter().filter(|(known, _)| known == module).map(|(_, numbers)| numbers);
+        let in_range = of_module.filter(|numbers| numbers.last().is_some_and(|last| range.contains(last)));
+        in_range.map(|numbers| numbers.iter().map(|number| format!("{number} ")).collect()).collect()
+    }
 }
 
 /// Returns the number of bits of a number.

@@ -53,18 +53,7 @@ const CONNECTIONS: [(&str, &str, &str); 2] = [
 ];
 
 /// Claims whose wrappers have the word lengths, widths and names of the default design.
-const OF_DEFAULT_DESIGN: [&str; 10] = [
-    "row_look_back",
-    "row_look_ahead",
-    "row_look_ahead_border",
-    "frame_delay",
-    "smoothers",
-    "delay",
-    "column_memory",
-    "unset_registers",
-    "record_writer",
-    "component",
-];
+const OF_DEFAULT_DESIGN: [&str; 5] = ["smoothers", "column_memory", "unset_registers", "record_writer", "component"];
 
 /// Returns all claims about the emitted Verilog of the default design: those of `claims/`, those about connections, and
 /// those generated from the ring.

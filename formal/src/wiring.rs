@@ -1,14 +1,15 @@
 //! Claims about connections, generated from tables that are written by hand (`claims/wiring.txt`, whose first lines say
 //! how to read one, and `claims/smoothers.txt`).
 //!
-//! Every part is abstracted: its outputs may have any value in each step. For each input of each part the claim says
-//! which value it has, in terms of outputs of parts and of inputs of the top. So it holds for any contents of the parts.
+//! Every part is abstracted: its outputs may have any value in each step. For each input and each parameter of a part
+//! the claim says which value it has, in terms of outputs of parts and of inputs of the top. So it holds for any
+//! contents of the parts.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::claim::{Claim, ClaimError};
-use crate::ring::ring_rows;
-use crate::shape::{Shape, unrolled};
+use crate::ring::{ring_rows, ring_taps};
+use crate::shape::Shape;
 
 /// The connections of `hoverlock_top`, `hoverlock_core` and `extractor`.
 pub(crate) const WIRING: &str = include_str!("../claims/wiring.txt");
@@ -29,7 +30,11 @@ pub(crate) fn claim(name: &str, settings: &str, table: &str, shape: &Shape) -> R
         let words: Vec<&str> = line.splitn(3, ' ').collect();
         match (words.as_slice(), parts.last_mut()) {
             (["whole", module], _) => whole.push(*module),
-            (["part", path, module], _) => parts.push(Part { path, module, ports: Vec::new() }),
+            (["part", path, module], _) => {
+                let (module, numbers) = module.split_once(' ').unwrap_or((module, ""));
+                let parameters = numbers.split_whitespace().filter_map(|number| number.split_once('=')).collect();
+                parts.push(Part { path, module, parameters, ports: Vec::new() });
+            }
             (["cover", name, expression], _) => covers.push((*name, *expression)),
             ([">", name, bits], Some(part)) => part.ports.push(Port { name, bits, value: None }),
             ([name, bits, value], Some(part)) => part.ports.push(Port { name, bits, value: Some(value) }),
@@ -44,10 +49,11 @@ pub(crate) fn claim(name: &str, settings: &str, table: &str, shape: &Shape) -> R
     Ok(Claim { sources, cut, ..Claim::parse(name, settings, &properties)? })
 }
 
-/// A part and its ports.
+/// A part, its parameters with their values, and its ports.
 struct Part<'a> {
     path: &'a str,
     module: &'a str,
+    parameters: Vec<(&'a str, &'a str)>,
     ports: Vec<Port<'a>>,
 }
 
@@ -70,7 +76,7 @@ fn expanded(table: &str, shape: &Shape) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     // Pairs and lines of the block that has begun.
     let mut block: Option<(Vec<usize>, Vec<&str>)> = None;
-    let table = unrolled(table);
+    let table = shape.unrolled(table);
     for line in table.iter().map(String::as_str).filter(|line| !line.is_empty() && !line.starts_with('#')) {
         match (line, &mut block) {
             ("end", Some((pairs, of_block))) => {
@@ -126,6 +132,7 @@ fn of_pair(line: &str, k: usize, shape: &Shape) -> String {
         .replace("{R}", &(shape.dog_bits + 1).to_string())
         .replace("{lines}", &(16 + radius).to_string())
         .replace("{rows}", &rows.to_string())
+        .replace("{taps}", &ring_taps(radius).to_string())
 }
 
 /// Returns the wrapper of a claim about the module `top`.
@@ -134,7 +141,12 @@ fn properties(claim: &str, top: &str, parts: &[Part], covers: &[(&str, &str)], s
     // The last name of a path stands for the part.
     let short = |path: &str| path.rsplit('.').next().unwrap_or_default().to_owned();
     let paths: BTreeMap<String, &str> = parts.iter().map(|part| (short(part.path), part.path)).collect();
-    for Part { path, ports: of_part, .. } in parts {
+    for Part { path, parameters, ports: of_part, .. } in parts {
+        for (name, value) in parameters {
+            let wire = format!("\\{DUT}.{path}.parameter_{name} ");
+            signals += &format!("  (* hierconn, keep *) wire [31:0] {wire};\n");
+            asserts += &format!("      {}_{name}: assert ({wire}== ({value}));\n", short(path));
+        }
         for Port { name, bits, value } in of_part {
             let is_top = *path == ".";
             let wire = if is_top { (*name).to_owned() } else { format!("\\{DUT}.{path}.{name} ") };
@@ -195,6 +207,13 @@ mod tests {
             let (head, ports) = block.split_once('\n').unwrap();
             let module = head.split(' ').nth(1).unwrap();
             let text = text_of(module);
+            let given: Vec<&str> = head.split(' ').skip(2).filter_map(|one| Some(one.split_once('=')?.0)).collect();
+            let parameters = text.lines().filter_map(|line| line.trim().strip_prefix("parameter "));
+            let parameters: Vec<&str> =
+                parameters.filter_map(|line| line.split(" =").next()?.rsplit(' ').next()).collect();
+            if given != parameters {
+                missing.push(format!("{module}: {parameters:?}"));
+            }
             let inputs = text.lines().filter_map(|line| line.trim().strip_prefix("input  wire "));
             for input in inputs.map(|line| line.trim_end_matches(',').rsplit(' ').next().unwrap()) {
                 let is_listed = ports.lines().any(|line| line.starts_with(&format!("{input} ")));

@@ -35,7 +35,7 @@ module csr (
 
 wire [31:0] identification_letters = 32'h484c434b;
 wire [31:0] version_number = 32'h20001;
-wire [31:0] emission_hash = 32'h45f8bc56;
+wire [31:0] emission_hash = 32'h6672db0b;
 reg  clear_now;
 wire control_reset = 1'b0;
 reg  control_interrupt_error;

@@ -115,7 +115,7 @@ wire [19:0] writer_count;
 wire [19:0] writer_dropped;
 wire [31:0] writer_frames;
 
-delay_16x1 pixels (
+delay #(.BITS(16), .STEPS(1)) pixels (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -141,7 +141,7 @@ smoothers smoothers (
   .start_out(smoothers_start_out)
 );
 
-flag_delay_2 response_start (
+flag_delay #(.STEPS(2)) response_start (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -204,7 +204,7 @@ cursor response_cursor (
 
 assign saturated = (scale_pair_0_saturated | scale_pair_1_saturated) & response_cursor_active;
 // The 7x7 window decides whether its centre is a feature.
-frame_delay_3x10 window_start (
+frame_delay #(.LINES(3), .STEPS(10), .WIDTH_BITS(11)) window_start (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -333,7 +333,7 @@ candidate_word candidate (
   .word(candidate_word)
 );
 
-frame_delay_15x13 ring_start (
+frame_delay #(.LINES(15), .STEPS(13), .WIDTH_BITS(11)) ring_start (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -374,7 +374,7 @@ candidate_queue queue (
 );
 
 // The ring gives the descriptor of a feature.
-line_delay_16x28_taps15 ring_lines_0 (
+line_delay #(.BITS(16), .ROWS(28), .TAPS(28'hed2a5b8), .OUTPUTS(15), .ADDRESS_BITS(10)) ring_lines_0 (
   .clock(clock),
   .advance(advance),
   .address(smoothers_address),
@@ -383,7 +383,7 @@ line_delay_16x28_taps15 ring_lines_0 (
   .y(ring_lines_0_y)
 );
 
-line_delay_16x32_taps14 ring_lines_1 (
+line_delay #(.BITS(16), .ROWS(32), .TAPS(32'hd5249255), .OUTPUTS(14), .ADDRESS_BITS(10)) ring_lines_1 (
   .clock(clock),
   .advance(advance),
   .address(smoothers_address),

@@ -69,7 +69,7 @@ signed_response signed_response (
 assign saturated = difference_saturated;
 assign response = signed_response_y;
 // Maxima of seven rows of one column, then their maxima along the row.
-line_delay_16x6_all lines (
+line_delay #(.BITS(16), .ROWS(6), .TAPS(6'h3f), .OUTPUTS(6), .ADDRESS_BITS(10)) lines (
   .clock(clock),
   .advance(advance),
   .address(address),
@@ -89,28 +89,28 @@ column_maximum column (
   .five(column_five)
 );
 
-window_maximum_7 later (
+window_maximum #(.BITS(15), .SAMPLES(7)) later (
   .clock(clock),
   .advance(advance),
   .x(column_later),
   .y(later_y)
 );
 
-window_maximum_7 earlier (
+window_maximum #(.BITS(15), .SAMPLES(7)) earlier (
   .clock(clock),
   .advance(advance),
   .x(column_earlier),
   .y(earlier_y)
 );
 
-window_maximum_3 same_row (
+window_maximum #(.BITS(15), .SAMPLES(3)) same_row (
   .clock(clock),
   .advance(advance),
   .x(column_middle),
   .y(same_row_y)
 );
 
-window_maximum_5 max_dog (
+window_maximum #(.BITS(15), .SAMPLES(5)) max_dog (
   .clock(clock),
   .advance(advance),
   .x(column_five),
@@ -118,7 +118,7 @@ window_maximum_5 max_dog (
 );
 
 // Centre row: three samples before the centre, three after it.
-delay_15x5 preceding (
+delay #(.BITS(15), .STEPS(5)) preceding (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -126,7 +126,7 @@ delay_15x5 preceding (
   .y(preceding_y)
 );
 
-delay_15x1 following (
+delay #(.BITS(15), .STEPS(1)) following (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -153,7 +153,7 @@ maximum loose_maximum (
 assign strict = strict_maximum_y;
 assign loose = loose_maximum_y;
 // The centre and its four neighbours.
-delay_16x10 right (
+delay #(.BITS(16), .STEPS(10)) right (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -161,7 +161,7 @@ delay_16x10 right (
   .y(right_y)
 );
 
-delay_16x1 middle (
+delay #(.BITS(16), .STEPS(1)) middle (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -169,7 +169,7 @@ delay_16x1 middle (
   .y(middle_y)
 );
 
-delay_16x1 left (
+delay #(.BITS(16), .STEPS(1)) left (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -177,7 +177,7 @@ delay_16x1 left (
   .y(left_y)
 );
 
-delay_16x11 upper (
+delay #(.BITS(16), .STEPS(11)) upper (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -185,7 +185,7 @@ delay_16x11 upper (
   .y(upper_y)
 );
 
-delay_16x11 lower (
+delay #(.BITS(16), .STEPS(11)) lower (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -205,7 +205,7 @@ assign p = right_y;
 assign centre = middle_y;
 assign neighbours = around_y;
 // MaxDOG and the sign at the centre of its window.
-flag_delay_8 sign (
+flag_delay #(.STEPS(8)) sign (
   .clock(clock),
   .reset(reset),
   .advance(advance),

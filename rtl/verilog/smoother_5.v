@@ -148,7 +148,7 @@ lerp first_stage_1 (
   .y(first_stage_1_y)
 );
 
-flag_delay_3 second_load (
+flag_delay #(.STEPS(3)) second_load (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -226,7 +226,7 @@ coefficient_register recursion_coefficient (
   .g(recursion_coefficient_g)
 );
 
-line_delay_18x1 recursion_memory (
+line_delay #(.BITS(18), .ROWS(1), .TAPS(1'h1), .OUTPUTS(1), .ADDRESS_BITS(10)) recursion_memory (
   .clock(clock),
   .advance(advance),
   .address(address),
@@ -256,7 +256,7 @@ lerp recursion (
 );
 
 // Row look-back, then row look-ahead.
-row_look_back_0 row_look_back_0 (
+row_look_back #(.DISTANCE(1)) row_look_back_0 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -269,7 +269,7 @@ row_look_back_0 row_look_back_0 (
   .load_out(row_look_back_0_load_out)
 );
 
-row_look_back_1 row_look_back_1 (
+row_look_back #(.DISTANCE(2)) row_look_back_1 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -282,7 +282,7 @@ row_look_back_1 row_look_back_1 (
   .load_out(row_look_back_1_load_out)
 );
 
-row_look_back_2 row_look_back_2 (
+row_look_back #(.DISTANCE(4)) row_look_back_2 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -295,7 +295,7 @@ row_look_back_2 row_look_back_2 (
   .load_out(row_look_back_2_load_out)
 );
 
-row_look_back_3 row_look_back_3 (
+row_look_back #(.DISTANCE(8)) row_look_back_3 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -308,7 +308,7 @@ row_look_back_3 row_look_back_3 (
   .load_out(row_look_back_3_load_out)
 );
 
-row_look_back_4 row_look_back_4 (
+row_look_back #(.DISTANCE(16)) row_look_back_4 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -321,7 +321,7 @@ row_look_back_4 row_look_back_4 (
   .load_out(row_look_back_4_load_out)
 );
 
-pulse_delay_20 row_end (
+pulse_delay #(.STEPS(20)) row_end (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -329,7 +329,7 @@ pulse_delay_20 row_end (
   .y(row_end_y)
 );
 
-row_look_ahead_0 row_look_ahead_0 (
+row_look_ahead #(.DISTANCE(1)) row_look_ahead_0 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -342,7 +342,7 @@ row_look_ahead_0 row_look_ahead_0 (
   .loads(row_look_ahead_0_loads)
 );
 
-row_look_ahead_1 row_look_ahead_1 (
+row_look_ahead #(.DISTANCE(2)) row_look_ahead_1 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -355,7 +355,7 @@ row_look_ahead_1 row_look_ahead_1 (
   .loads(row_look_ahead_1_loads)
 );
 
-row_look_ahead_2 row_look_ahead_2 (
+row_look_ahead #(.DISTANCE(4)) row_look_ahead_2 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -368,7 +368,7 @@ row_look_ahead_2 row_look_ahead_2 (
   .loads(row_look_ahead_2_loads)
 );
 
-row_look_ahead_3 row_look_ahead_3 (
+row_look_ahead #(.DISTANCE(8)) row_look_ahead_3 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -381,7 +381,7 @@ row_look_ahead_3 row_look_ahead_3 (
   .loads(row_look_ahead_3_loads)
 );
 
-row_look_ahead_4 row_look_ahead_4 (
+row_look_ahead #(.DISTANCE(16)) row_look_ahead_4 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -394,7 +394,7 @@ row_look_ahead_4 row_look_ahead_4 (
   .loads(row_look_ahead_4_loads)
 );
 
-flag_delay_2 row_start (
+flag_delay #(.STEPS(2)) row_start (
   .clock(clock),
   .reset(reset),
   .advance(advance),

@@ -162,7 +162,7 @@ lerp first_stage_1 (
   .y(first_stage_1_y)
 );
 
-flag_delay_3 second_load (
+flag_delay #(.STEPS(3)) second_load (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -254,7 +254,7 @@ coefficient_register recursion_coefficient (
   .g(recursion_coefficient_g)
 );
 
-line_delay_18x1 recursion_memory (
+line_delay #(.BITS(18), .ROWS(1), .TAPS(1'h1), .OUTPUTS(1), .ADDRESS_BITS(10)) recursion_memory (
   .clock(clock),
   .advance(advance),
   .address(address),
@@ -284,7 +284,7 @@ lerp recursion (
 );
 
 // Row look-back, then row look-ahead.
-row_look_back_0 row_look_back_0 (
+row_look_back #(.DISTANCE(1)) row_look_back_0 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -297,7 +297,7 @@ row_look_back_0 row_look_back_0 (
   .load_out(row_look_back_0_load_out)
 );
 
-row_look_back_1 row_look_back_1 (
+row_look_back #(.DISTANCE(2)) row_look_back_1 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -310,7 +310,7 @@ row_look_back_1 row_look_back_1 (
   .load_out(row_look_back_1_load_out)
 );
 
-row_look_back_2 row_look_back_2 (
+row_look_back #(.DISTANCE(4)) row_look_back_2 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -323,7 +323,7 @@ row_look_back_2 row_look_back_2 (
   .load_out(row_look_back_2_load_out)
 );
 
-row_look_back_3 row_look_back_3 (
+row_look_back #(.DISTANCE(8)) row_look_back_3 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -336,7 +336,7 @@ row_look_back_3 row_look_back_3 (
   .load_out(row_look_back_3_load_out)
 );
 
-row_look_back_4 row_look_back_4 (
+row_look_back #(.DISTANCE(16)) row_look_back_4 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -349,7 +349,7 @@ row_look_back_4 row_look_back_4 (
   .load_out(row_look_back_4_load_out)
 );
 
-row_look_back_5 row_look_back_5 (
+row_look_back #(.DISTANCE(32)) row_look_back_5 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -362,7 +362,7 @@ row_look_back_5 row_look_back_5 (
   .load_out(row_look_back_5_load_out)
 );
 
-pulse_delay_24 row_end (
+pulse_delay #(.STEPS(24)) row_end (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -370,7 +370,7 @@ pulse_delay_24 row_end (
   .y(row_end_y)
 );
 
-row_look_ahead_0 row_look_ahead_0 (
+row_look_ahead #(.DISTANCE(1)) row_look_ahead_0 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -383,7 +383,7 @@ row_look_ahead_0 row_look_ahead_0 (
   .loads(row_look_ahead_0_loads)
 );
 
-row_look_ahead_1 row_look_ahead_1 (
+row_look_ahead #(.DISTANCE(2)) row_look_ahead_1 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -396,7 +396,7 @@ row_look_ahead_1 row_look_ahead_1 (
   .loads(row_look_ahead_1_loads)
 );
 
-row_look_ahead_2 row_look_ahead_2 (
+row_look_ahead #(.DISTANCE(4)) row_look_ahead_2 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -409,7 +409,7 @@ row_look_ahead_2 row_look_ahead_2 (
   .loads(row_look_ahead_2_loads)
 );
 
-row_look_ahead_3 row_look_ahead_3 (
+row_look_ahead #(.DISTANCE(8)) row_look_ahead_3 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -422,7 +422,7 @@ row_look_ahead_3 row_look_ahead_3 (
   .loads(row_look_ahead_3_loads)
 );
 
-row_look_ahead_4 row_look_ahead_4 (
+row_look_ahead #(.DISTANCE(16)) row_look_ahead_4 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -435,7 +435,7 @@ row_look_ahead_4 row_look_ahead_4 (
   .loads(row_look_ahead_4_loads)
 );
 
-row_look_ahead_5 row_look_ahead_5 (
+row_look_ahead #(.DISTANCE(32)) row_look_ahead_5 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -448,7 +448,7 @@ row_look_ahead_5 row_look_ahead_5 (
   .loads(row_look_ahead_5_loads)
 );
 
-flag_delay_2 row_start (
+flag_delay #(.STEPS(2)) row_start (
   .clock(clock),
   .reset(reset),
   .advance(advance),

@@ -317,7 +317,7 @@ held_row held (
   .y(held_y)
 );
 
-delay_16x7 held_delay_3 (
+delay #(.BITS(16), .STEPS(7)) held_delay_3 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -330,7 +330,7 @@ pixel_state held_state_3 (
   .y(held_state_3_y)
 );
 
-flag_delay_7 outside_delay_3 (
+flag_delay #(.STEPS(7)) outside_delay_3 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -338,7 +338,7 @@ flag_delay_7 outside_delay_3 (
   .y(outside_delay_3_y)
 );
 
-delay_16x4 held_delay_2 (
+delay #(.BITS(16), .STEPS(4)) held_delay_2 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -351,7 +351,7 @@ pixel_state held_state_2 (
   .y(held_state_2_y)
 );
 
-flag_delay_11 outside_delay_2 (
+flag_delay #(.STEPS(11)) outside_delay_2 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -359,7 +359,7 @@ flag_delay_11 outside_delay_2 (
   .y(outside_delay_2_y)
 );
 
-delay_16x4 held_delay_1 (
+delay #(.BITS(16), .STEPS(4)) held_delay_1 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -372,7 +372,7 @@ pixel_state held_state_1 (
   .y(held_state_1_y)
 );
 
-flag_delay_15 outside_delay_1 (
+flag_delay #(.STEPS(15)) outside_delay_1 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -380,7 +380,7 @@ flag_delay_15 outside_delay_1 (
   .y(outside_delay_1_y)
 );
 
-delay_16x4 held_delay_0 (
+delay #(.BITS(16), .STEPS(4)) held_delay_0 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -393,7 +393,7 @@ pixel_state held_state_0 (
   .y(held_state_0_y)
 );
 
-flag_delay_19 outside_delay_0 (
+flag_delay #(.STEPS(19)) outside_delay_0 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -402,7 +402,7 @@ flag_delay_19 outside_delay_0 (
 );
 
 // The bank is loaded before the frame reaches its first stage, and serves all parts of the pipeline.
-frame_delay_48x1 bank_load (
+frame_delay #(.LINES(48), .STEPS(1), .WIDTH_BITS(11)) bank_load (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -420,7 +420,7 @@ bank bank (
 
 assign window_bank = bank_q;
 // Markers: each stage loads its coefficient with the first operands of a frame.
-flag_delay_1 rows_load_6 (
+flag_delay #(.STEPS(1)) rows_load_6 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -428,7 +428,7 @@ flag_delay_1 rows_load_6 (
   .y(rows_load_6_y)
 );
 
-frame_delay_8x4 rows_load_5 (
+frame_delay #(.LINES(8), .STEPS(4), .WIDTH_BITS(11)) rows_load_5 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -437,7 +437,7 @@ frame_delay_8x4 rows_load_5 (
   .y(rows_load_5_y)
 );
 
-frame_delay_8x7 stage_load_3 (
+frame_delay #(.LINES(8), .STEPS(7), .WIDTH_BITS(11)) stage_load_3 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -446,7 +446,7 @@ frame_delay_8x7 stage_load_3 (
   .y(stage_load_3_y)
 );
 
-frame_delay_4x4 stage_load_2 (
+frame_delay #(.LINES(4), .STEPS(4), .WIDTH_BITS(11)) stage_load_2 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -455,7 +455,7 @@ frame_delay_4x4 stage_load_2 (
   .y(stage_load_2_y)
 );
 
-frame_delay_2x4 stage_load_1 (
+frame_delay #(.LINES(2), .STEPS(4), .WIDTH_BITS(11)) stage_load_1 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -464,7 +464,7 @@ frame_delay_2x4 stage_load_1 (
   .y(stage_load_1_y)
 );
 
-frame_delay_1x4 stage_load_0 (
+frame_delay #(.LINES(1), .STEPS(4), .WIDTH_BITS(11)) stage_load_0 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -473,7 +473,7 @@ frame_delay_1x4 stage_load_0 (
   .y(stage_load_0_y)
 );
 
-flag_delay_2 recursion_start (
+flag_delay #(.STEPS(2)) recursion_start (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -497,7 +497,7 @@ cursor recursion_cursor (
   .last_row(recursion_cursor_last_row)
 );
 
-flag_delay_2 recursion_load (
+flag_delay #(.STEPS(2)) recursion_load (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -505,7 +505,7 @@ flag_delay_2 recursion_load (
   .y(recursion_load_y)
 );
 
-flag_delay_4 columns_done (
+flag_delay #(.STEPS(4)) columns_done (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -529,7 +529,7 @@ cursor row_cursor (
   .last_row(row_cursor_last_row)
 );
 
-flag_delay_2 row_load (
+flag_delay #(.STEPS(2)) row_load (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -551,7 +551,7 @@ repeated_rows rows_5 (
   .y(rows_5_y)
 );
 
-delay_64x4 rows_delay_5 (
+delay #(.BITS(64), .STEPS(4)) rows_delay_5 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -572,7 +572,7 @@ repeated_rows rows_6 (
   .y(rows_6_y)
 );
 
-delay_18x20 narrow_delay_0 (
+delay #(.BITS(18), .STEPS(20)) narrow_delay_0 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -580,7 +580,7 @@ delay_18x20 narrow_delay_0 (
   .y(narrow_delay_0_y)
 );
 
-delay_18x20 narrow_delay_1 (
+delay #(.BITS(18), .STEPS(20)) narrow_delay_1 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -588,7 +588,7 @@ delay_18x20 narrow_delay_1 (
   .y(narrow_delay_1_y)
 );
 
-delay_18x20 middle_delay_0 (
+delay #(.BITS(18), .STEPS(20)) middle_delay_0 (
   .clock(clock),
   .reset(reset),
   .advance(advance),
@@ -596,7 +596,7 @@ delay_18x20 middle_delay_0 (
   .y(middle_delay_0_y)
 );
 
-delay_18x20 middle_delay_1 (
+delay #(.BITS(18), .STEPS(20)) middle_delay_1 (
   .clock(clock),
   .reset(reset),
   .advance(advance),

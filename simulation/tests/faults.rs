@@ -14,7 +14,13 @@ use rand_chacha::ChaCha8Rng;
 const FAULTS: [(&str, &str, &str, &str, &str); 10] = [
     ("column_memory", "column[1399:1274], «x_9»", "x_8", "smoother wide", "sample"),
     ("difference", "distance} + «19'd1»;", "19'd0", "DoG", "sign and response"),
-    ("window_maximum_5", "y <= «r2 > r2_delayed_1» ?", "r2 < r2_delayed_1", "MaxDOG", "sign and maximum"),
+    (
+        "window_maximum",
+        "larger <= «newest > oldest» ?",
+        "SAMPLES == 5 ? newest < oldest : newest > oldest",
+        "MaxDOG",
+        "sign and maximum",
+    ),
     ("decision", "(«p >= loose»)", "p <= loose", "decision", "feature"),
     ("record_writer", "1'b0, «neighbours[29:15]», 1'b0", "neighbours[44:30]", "record", "right neighbour"),
     (
@@ -43,7 +49,7 @@ fn simulator() -> Simulator {
             let (expression, after) = rest.split_once('»').unwrap();
             let whole = format!("{before}{expression}{after}");
             assert_eq!(text.matches(&whole).count(), 1, "{name}: `{whole}`");
-            let either = format!("($test$plusargs(\"FAULT{at}\") != 0 ? {fault} : {expression})");
+            let either = format!("($test$plusargs(\"FAULT{at}\") != 0 ? ({fault}) : {expression})");
             text = text.replace(&whole, &format!("{before}{either}{after}"));
         }
         let path = folder.join(name);

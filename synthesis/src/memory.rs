@@ -5,12 +5,15 @@
 //! declaration `reg [width] name [words];`, with an attribute or without, must be found again in the netlist under its
 //! own name, with all of its bits.
 
+use std::collections::BTreeMap;
+
 use hoverlock_fixed_point::analysis::resources::{MLAB_WORDS, blocks};
+use hoverlock_rtl::emission::parameters::{Scope, Variant, active, value, width};
 use serde::Serialize;
 
 use crate::{
     EstimateError,
-    netlist::{Flat, Kind},
+    netlist::{Flat, FlatCell, Kind},
 };
 
 /// A memory that a module declares. The numbers of blocks are those of one instance of the module.
@@ -30,45 +33,61 @@ pub struct Memory {
     pub mlab: u64,
 }
 
-/// Returns the memories that a Verilog file declares: module, name, depth (words) and width (bits).
-fn declared(verilog: &str) -> Vec<(String, String, u64, u64)> {
-    let mut module = "";
+/// Returns the memories that a module declares with these numbers: name, depth (words) and width (bits). A name in a
+/// generate block begins with that of the block.
+fn declared(text: &str, scope: &Scope) -> Vec<(String, u64, u64)> {
     let mut found = Vec::new();
-    for line in verilog.lines() {
-        if let Some(rest) = line.strip_prefix("module ") {
-            module = rest.split([' ', '(', ';']).next().unwrap_or_default();
+    // Margin and name of each open block.
+    let mut blocks: Vec<(usize, &str)> = Vec::new();
+    let text = active(text, scope);
+    for line in text.lines() {
+        let margin = line.len() - line.trim_start().len();
+        let line = line.trim();
+        if line.starts_with("end") && blocks.last().is_some_and(|(at, _)| *at == margin) {
+            blocks.pop();
+        }
+        if let Some((_, name)) = line.split_once(" begin : ") {
+            blocks.push((margin, name));
         }
         let attribute = line.strip_prefix("(*").and_then(|line| line.split_once("*)"));
         let declaration = attribute.map_or(line, |(_, declaration)| declaration.trim_start());
         let memory = || {
-            let rest = declaration.strip_prefix("reg ")?.trim().strip_suffix("];")?;
-            let (word, words) = rest.rsplit_once('[')?;
-            let (range, name) = match word.trim().strip_prefix('[') {
-                Some(ranged) => ranged.split_once(']')?,
-                None => ("0:0", word),
+            let rest = declaration.strip_prefix("reg ")?.trim().strip_suffix(';')?;
+            let (word, words) = rest.strip_suffix(']')?.rsplit_once('[')?;
+            let (range, name) = match word.trim().split_once(']') {
+                Some((range, name)) => (format!("{range}]"), name),
+                None => ("[0:0]".to_owned(), word),
             };
-            let count = |high: Option<&str>| Some(high?.trim().parse::<u64>().ok()? + 1);
-            Some((name.trim().to_owned(), count(words.strip_prefix("0:"))?, count(range.strip_suffix(":0"))?))
+            let words = value(words.split_once(':')?.1, scope)? + 1;
+            let blocks: String = blocks.iter().map(|(_, name)| format!("{name}.")).collect();
+            Some((format!("{blocks}{}", name.trim()), words.try_into().ok()?, width(&range, scope)?.try_into().ok()?))
         };
-        found.extend(memory().map(|(name, words, width)| (module.to_owned(), name, words, width)));
+        found.extend(memory());
     }
     found
 }
 
-/// Finds every memory of the Verilog in the netlist.
+/// Finds every memory of the Verilog in the netlist, whose modules have the labels of `variants`.
 ///
 /// # Errors
 /// If a memory is missing or incomplete in the netlist, or the netlist has memory cells without a declaration.
-pub fn memories<'a>(verilog: impl Iterator<Item = &'a str>, flat: &Flat) -> Result<Vec<Memory>, EstimateError> {
+pub fn memories(texts: &BTreeMap<&str, &str>, variants: &[Variant], flat: &Flat) -> Result<Vec<Memory>, EstimateError> {
     let mut found = Vec::new();
     let mut accounted = 0;
-    for (module, name, words, width) in verilog.flat_map(declared) {
+    let of_variant = |variant: &Variant| {
+        let text = texts.get(variant.module.as_str()).copied().unwrap_or_default();
+        let memories = declared(text, &variant.scope(text)).into_iter();
+        let label = variant.label();
+        memories.map(move |(name, words, width)| (label.clone(), name, words, width)).collect::<Vec<_>>()
+    };
+    for (module, name, words, width) in variants.iter().flat_map(of_variant) {
         let Some(index) = flat.modules.iter().position(|known| *known == module) else { continue };
         let Some(first) = flat.instances.iter().position(|instance| instance.module == index) else { continue };
         let instances = flat.instances.iter().filter(|instance| instance.module == index).count();
         let of_memory = |kind: Kind| {
             let mine = flat.cells.iter().filter(|cell| cell.instance == first && cell.kind == kind);
-            mine.filter(|cell| cell.name.split_once('.').is_some_and(|(memory, _)| memory == name)).count() as u64
+            let is_of_it = |cell: &&FlatCell| cell.name.strip_prefix(&name).is_some_and(|rest| rest.starts_with('.'));
+            mine.filter(is_of_it).count() as u64
         };
         let (m10k, bits) = (of_memory(Kind::M10k), of_memory(Kind::Mlab));
         let want = blocks(words, width);
@@ -99,13 +118,13 @@ mod tests {
 
     #[test]
     fn memories_are_read_off_their_declarations() {
-        let verilog = "module a (\n  input wire clock\n);\n\nreg [575:0] memory [0:1023];\nreg [17:0] y;\n\
-                       reg flag [0:3];\nwire [3:0] x [0:1];\nendmodule\nmodule b(\n\
-                       (* ramstyle = \"MLAB\" *) reg [15:0] point_7_memory [0:12];\n";
-        let of = |module: &str, name: &str, words, width| (module.to_owned(), name.to_owned(), words, width);
-        assert_eq!(
-            declared(verilog),
-            [of("a", "memory", 1024, 576), of("a", "flag", 4, 1), of("b", "point_7_memory", 13, 16)]
-        );
+        let text = "module a (\n  input wire clock\n);\n\nreg [575:0] memory [0:1023];\nreg [17:0] y;\n\
+                    reg flag [0:3];\nwire [3:0] x [0:1];\ngenerate\n  if (N < 4) begin : small\n    \
+                    reg [7:0] none [0:7];\n  end else begin : large\n    \
+                    (* ramstyle = \"MLAB\" *) reg [B-1:0] memory [0:N-1];\n  end\nendgenerate\nendmodule\n";
+        let of = |name: &str, words, width| (name.to_owned(), words, width);
+        let scope = Scope::from([("N".to_owned(), 13), ("B".to_owned(), 16)]);
+        let wanted = [of("memory", 1024, 576), of("flag", 4, 1), of("large.memory", 13, 16)];
+        assert_eq!(declared(text, &scope), wanted);
     }
 }

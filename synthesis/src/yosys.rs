@@ -2,6 +2,7 @@
 //! depends on.
 
 use std::{
+    collections::BTreeMap,
     fs,
     io::{BufRead, BufReader},
     path::{Path, PathBuf},
@@ -16,7 +17,11 @@ use crate::{
     netlist::{Flat, Netlist},
 };
 use hoverlock_design::DesignPoint;
-use hoverlock_rtl::emission::{File, verilog::verilog};
+use hoverlock_rtl::emission::{
+    File,
+    parameters::{Variant, instances, modules},
+    verilog::verilog,
+};
 
 const TOP: &str = "hoverlock_top";
 
@@ -77,9 +82,28 @@ pub fn of(sources: &[File], top: &str, step: &mut dyn FnMut(&str)) -> Result<Est
     let text = fs::read(&netlist).map_err(at(&netlist))?;
     let parsed: Netlist = serde_json::from_slice(&text)
         .map_err(|error| EstimateError::Failed(format!("{}: {error}; delete this file", netlist.display())))?;
-    let flat = Flat::of(&parsed, top)?;
-    let memories = memories(sources.iter().map(|file| file.text.as_str()), &flat)?;
+    let mut flat = Flat::of(&parsed, top)?;
+    let texts: BTreeMap<&str, &str> = sources.iter().flat_map(|file| modules(&file.text)).collect();
+    let variants = name_variants(&mut flat, &texts, top);
+    let memories = memories(&texts, &variants, &flat)?;
     derive(version, &flat, memories)
+}
+
+/// Gives the modules of a netlist the labels of their variants, because Yosys names a module with parameters by a hash
+/// of their values. Returns the variants.
+fn name_variants(flat: &mut Flat, texts: &BTreeMap<&str, &str>, top: &str) -> Vec<Variant> {
+    let mut known: BTreeMap<String, Variant> =
+        instances(texts, top).into_iter().map(|instance| (instance.path, instance.variant)).collect();
+    let Flat { modules, instances, .. } = flat;
+    let mut variants = Vec::new();
+    for (at, name) in modules.iter_mut().enumerate() {
+        let first = instances.iter().find(|instance| instance.module == at);
+        let variant = first.and_then(|first| known.remove(&first.path));
+        let variant = variant.unwrap_or_else(|| Variant { module: name.clone(), parameters: Vec::new() });
+        *name = variant.label();
+        variants.push(variant);
+    }
+    variants
 }
 
 fn at(path: &Path) -> impl FnOnce(std::io::Error) -> EstimateError {

@@ -13,7 +13,7 @@ use hoverlock_formal::rounding::Subject;
 use hoverlock_formal::shipped;
 use serde::Serialize;
 
-use super::{Args, all, own_claim, shape, sources, take_not_stated};
+use super::{Args, all, design, own_claim, shape, sources, take_not_stated};
 use crate::Verdict;
 use crate::output::{print, print_json, quoted, say, shown, verdict, write_file};
 
@@ -152,7 +152,7 @@ fn only(claim: Claim, names: &[String]) -> Result<Vec<Claim>> {
 
 /// Returns the claims of these names.
 fn named(args: &Args) -> Result<Vec<Claim>> {
-    let (names, mut claims) = (&args.coverage, shipped::claims_of(&shape(args)?)?);
+    let (names, mut claims) = (&args.coverage, shipped::claims_of(&shape(&design(args)?)?)?);
     for name in names {
         if Subject::ALL.iter().any(|subject| subject.name() == name) {
             bail!("--coverage {name}: this claim is about the numbers of a design; it has no module to mutate");

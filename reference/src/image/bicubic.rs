@@ -2,8 +2,8 @@
 
 use super::plane::Plane;
 
-/// Interpolates a picture at column `x` and row `y`, px from the middle of the first pixel, by the cubic of R. Keys, 1981
-/// (`a = -1/2`), which is exact at pixels and on parabolas. The border sample is repeated.
+/// Interpolates a picture at column `x` and row `y`, px from the middle of the first pixel, by the cubic of R. Keys,
+/// 1981 (`a = -1/2`), which is exact at pixels and on parabolas. The border sample is repeated.
 pub fn bicubic(picture: &Plane<u16>, x: f64, y: f64) -> u16 {
     let weights = |t: f64| {
         [

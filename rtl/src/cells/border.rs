@@ -6,7 +6,7 @@
 
 use rust_hdl::prelude::*;
 
-use super::{Coefficient, Pixel, PixelRows, State};
+use super::{Coefficient, Pixel, PixelRows, STATE_BITS, State, of_family};
 use crate::design::PIXEL_BITS;
 
 /// Steps from the samples to `p` and `q`.
@@ -205,10 +205,6 @@ impl Default for RowLookAheadBorder {
     }
 }
 
-fn bits_for(largest: u64) -> usize {
-    (64 - largest.leading_zeros()) as usize
-}
-
 impl Logic for RowLookBackBorder {
     fn update(&mut self) {
         if self.clock.pos_edge() {
@@ -240,51 +236,7 @@ impl Logic for RowLookBackBorder {
     }
 
     fn hdl(&self) -> Verilog {
-        let reach = self._reach;
-        if reach == 1 {
-            // Only the first sample has no earlier one: no counter and no border register are needed.
-            return Verilog::Custom(
-                "\
-// module: row_look_back_border_1
-always @(posedge clock)
-  if (advance) begin
-    p <= first ? x : delayed;
-    q <= x;
-  end
-
-wire unused = reset;
-"
-                .into(),
-            );
-        }
-        let bits = bits_for(reach - 1);
-        Verilog::Custom(format!(
-            "// module: row_look_back_border_{reach}
-reg [{top}:0] remaining;
-reg [STATE_BITS-1:0] border;
-wire outside = remaining != {bits}'d0;
-
-always @(posedge clock)
-  if (reset)
-    remaining <= {bits}'d0;
-  else if (advance) begin
-    if (first)
-      remaining <= {bits}'d{load};
-    else if (outside)
-      remaining <= remaining - {bits}'d1;
-  end
-
-always @(posedge clock)
-  if (advance) begin
-    if (first)
-      border <= x;
-    p <= first ? x : outside ? border : delayed;
-    q <= x;
-  end
-",
-            top = bits - 1,
-            load = reach - 1
-        ))
+        of_family("row_look_back_border", &[("BITS", STATE_BITS.to_string()), ("DISTANCE", self._reach.to_string())])
     }
 }
 
@@ -314,34 +266,7 @@ impl Logic for RowLookAheadBorder {
     }
 
     fn hdl(&self) -> Verilog {
-        let reach = self._reach;
-        let bits = bits_for(reach);
-        Verilog::Custom(format!(
-            "// module: row_look_ahead_border_{reach}
-reg [{top}:0] remaining;
-reg [STATE_BITS-1:0] border;
-wire outside = remaining != {bits}'d0;
-
-always @(posedge clock)
-  if (reset)
-    remaining <= {bits}'d0;
-  else if (advance) begin
-    if (last)
-      remaining <= {bits}'d{reach};
-    else if (outside)
-      remaining <= remaining - {bits}'d1;
-  end
-
-always @(posedge clock)
-  if (advance) begin
-    if (last)
-      border <= x;
-    p <= outside ? border : x;
-    q <= delayed;
-  end
-",
-            top = bits - 1
-        ))
+        of_family("row_look_ahead_border", &[("BITS", STATE_BITS.to_string()), ("DISTANCE", self._reach.to_string())])
     }
 }
 

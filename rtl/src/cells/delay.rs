@@ -8,19 +8,14 @@ use std::collections::VecDeque;
 
 use rust_hdl::prelude::*;
 
-use super::{Column, Height, Row, Width, low};
+use super::{Column, Height, Row, Width, low, of_family};
 use crate::design::{COLUMN_BITS, LINE_WORDS, ROW_BITS, WIDTH_BITS};
 
 /// Longest delay of one memory: an MLAB has 32 words, and the output register adds one step.
 pub const LONGEST_DELAY: usize = 33;
 
 /// Up to this length a delay is cheaper in registers.
-const LONGEST_IN_REGISTERS: usize = 3;
-
-/// The memory of a delay goes into an MLAB. Without the attribute Quartus leaves memories of some hundred bits in
-/// registers. A word is read and overwritten at one address in one clock and the read needs the old one, so
-/// `no_rw_check` must not stand beside it.
-const IN_MLAB: &str = "(* ramstyle = \"MLAB\" *)";
+pub(super) const LONGEST_IN_REGISTERS: usize = 3;
 
 /// A sample `steps` steps later. The output is undefined for that many steps after a reset.
 #[derive(LogicBlock)]
@@ -90,51 +85,8 @@ impl<const N: usize> Logic for Delay<N> {
     }
 
     fn hdl(&self) -> Verilog {
-        Verilog::Custom(delay_verilog(N, self.steps()))
+        of_family("delay", &[("BITS", N.to_string()), ("STEPS", self.steps().to_string())])
     }
-}
-
-fn delay_verilog(bits: usize, steps: usize) -> String {
-    let body = delay_body("", "x", "y", bits, steps).replace(&format!("reg [{}:0] y;\n", bits - 1), "");
-    let unused = if steps <= LONGEST_IN_REGISTERS { "\nwire unused = reset;\n" } else { "" };
-    format!("// module: delay_{bits}x{steps}\n{body}{unused}")
-}
-
-/// Verilog of `output[n] = input[n - steps]`: declarations and processes. Internal names begin with the prefix.
-pub(super) fn delay_body(prefix: &str, input: &str, output: &str, bits: usize, steps: usize) -> String {
-    let top = bits - 1;
-    if steps <= LONGEST_IN_REGISTERS {
-        let (mut declarations, mut body, mut delayed) = (String::new(), String::new(), input.to_owned());
-        for age in 1..=steps {
-            let name = if age == steps { output.to_owned() } else { format!("{prefix}delayed_{age}") };
-            declarations += &format!("reg [{top}:0] {name};\n");
-            body += &format!("    {name} <= {delayed};\n");
-            delayed = name;
-        }
-        return format!("{declarations}\nalways @(posedge clock)\n  if (advance) begin\n{body}  end\n");
-    }
-    let last = steps - 2;
-    let size = address_bits(steps - 1);
-    format!(
-        "\
-reg [{top}:0] {output};
-{IN_MLAB} reg [{top}:0] {prefix}memory [0:{last}];
-reg [{p}:0] {prefix}position;
-
-always @(posedge clock)
-  if (reset)
-    {prefix}position <= {size}'d0;
-  else if (advance)
-    {prefix}position <= {prefix}position == {size}'d{last} ? {size}'d0 : {prefix}position + {size}'d1;
-
-always @(posedge clock)
-  if (advance) begin
-    {output} <= {prefix}memory[{prefix}position];
-    {prefix}memory[{prefix}position] <= {input};
-  end
-",
-        p = size - 1
-    )
 }
 
 pub(super) fn address_bits(words: usize) -> usize {
@@ -196,43 +148,7 @@ impl Logic for FlagDelay {
     }
 
     fn hdl(&self) -> Verilog {
-        let steps = self._delayed.len();
-        Verilog::Custom(if steps == 1 {
-            "// module: flag_delay_1
-always @(posedge clock)
-  if (reset)
-    y <= 1'b0;
-  else if (advance)
-    y <= x;
-"
-            .into()
-        } else {
-            let kept = if steps == 2 {
-                "delayed <= x".to_owned()
-            } else {
-                let kept = if steps == 3 { "delayed[0]".to_owned() } else { format!("delayed[{}:0]", steps - 3) };
-                format!("delayed <= {{{kept}, x}}")
-            };
-            let declaration =
-                if steps == 2 { "reg delayed;".to_owned() } else { format!("reg [{}:0] delayed;", steps - 2) };
-            let last = if steps == 2 { "delayed".to_owned() } else { format!("delayed[{}]", steps - 2) };
-            format!(
-                "\
-// module: flag_delay_{steps}
-{declaration}
-
-always @(posedge clock)
-  if (reset) begin
-    delayed <= {}'d0;
-    y <= 1'b0;
-  end else if (advance) begin
-    {kept};
-    y <= {last};
-  end
-",
-                steps - 1
-            )
-        })
+        of_family("flag_delay", &[("STEPS", self._delayed.len().to_string())])
     }
 }
 
@@ -293,27 +209,7 @@ impl Logic for PulseDelay {
     }
 
     fn hdl(&self) -> Verilog {
-        let steps = self._steps;
-        let bits = address_bits(steps as usize);
-        Verilog::Custom(format!(
-            "// module: pulse_delay_{steps}
-reg [{top}:0] remaining;
-
-always @(posedge clock)
-  if (reset) begin
-    remaining <= {bits}'d0;
-    y    <= 1'b0;
-  end else if (advance) begin
-    y <= remaining == {bits}'d1;
-    if (x)
-      remaining <= {bits}'d{load};
-    else if (remaining != {bits}'d0)
-      remaining <= remaining - {bits}'d1;
-  end
-",
-            top = bits - 1,
-            load = steps - 1
-        ))
+        of_family("pulse_delay", &[("STEPS", self._steps.to_string())])
     }
 }
 
@@ -339,8 +235,7 @@ pub struct FrameDelay {
 }
 
 impl FrameDelay {
-    /// A delay of `lines W + steps` steps; `lines` is a power of two, one less or more than one, or a difference of
-    /// two.
+    /// A delay of `lines W + steps` steps, each at least 1.
     pub fn new(lines: u64, steps: u64) -> Self {
         Self {
             clock: Signal::default(),
@@ -389,42 +284,8 @@ impl Logic for FrameDelay {
     }
 
     fn hdl(&self) -> Verilog {
-        let (lines, steps) = (self._lines, self._steps);
-        let bits = self.bits();
-        let wide = format!("{{{}'d0, width}}", bits - WIDTH_BITS);
-        let times = if lines.is_power_of_two() {
-            format!("({wide} << {})", lines.trailing_zeros())
-        } else if (lines + 1).is_power_of_two() {
-            format!("({wide} << {}) - {wide}", (lines + 1).trailing_zeros())
-        } else if (lines + (1 << lines.trailing_zeros())).is_power_of_two() {
-            let low = lines.trailing_zeros();
-            format!("({wide} << {}) - ({wide} << {low})", (lines + (1 << low)).trailing_zeros())
-        } else {
-            format!("({wide} << {}) + {wide}", (lines - 1).trailing_zeros())
-        };
-        Verilog::Custom(format!(
-            "// module: frame_delay_{lines}x{steps}
-reg [{top}:0] total;
-reg [{top}:0] remaining;
-
-always @(posedge clock)
-  total <= {times} + {bits}'d{load};
-
-always @(posedge clock)
-  if (reset) begin
-    remaining <= {bits}'d0;
-    y    <= 1'b0;
-  end else if (advance) begin
-    y <= remaining == {bits}'d1;
-    if (x)
-      remaining <= total;
-    else if (remaining != {bits}'d0)
-      remaining <= remaining - {bits}'d1;
-  end
-",
-            top = bits - 1,
-            load = steps - 1
-        ))
+        let (lines, steps) = (self._lines.to_string(), self._steps.to_string());
+        of_family("frame_delay", &[("LINES", lines), ("STEPS", steps), ("WIDTH_BITS", WIDTH_BITS.to_string())])
     }
 }
 

@@ -11,8 +11,8 @@
 
 use rust_hdl::prelude::*;
 
-use super::{Address, Pixel, State};
-use crate::design::{LINE_WORDS, PIXEL_BITS, STATE_BITS};
+use super::{Address, Pixel, State, of_family};
+use crate::design::{COLUMN_BITS, LINE_WORDS, PIXEL_BITS, STATE_BITS};
 
 /// The line memory. A sample has `B` bits; `OUT` is `B` times the number of taps.
 #[derive(LogicBlock)]
@@ -77,35 +77,15 @@ impl<const B: usize, const OUT: usize> Logic for LineDelay<B, OUT> {
     }
 
     fn hdl(&self) -> Verilog {
-        let (rows, taps) = (self._rows, &self._taps);
-        let every = taps.len() == rows;
-        let name = if taps.len() == 1 {
-            format!("line_delay_{B}x{rows}")
-        } else if every {
-            format!("line_delay_{B}x{rows}_all")
-        } else {
-            format!("line_delay_{B}x{rows}_taps{}", taps.len())
-        };
-        let top = rows * B - 1;
-        let shifted = if rows == 1 { "x".to_owned() } else { format!("{{column[{}:0], x}}", (rows - 1) * B - 1) };
-        let slices: Vec<String> =
-            taps.iter().rev().map(|tap| format!("column[{}:{}]", tap * B - 1, (tap - 1) * B)).collect();
-        Verilog::Custom(format!(
-            "// module: {name}
-reg [{top}:0] memory [0:LINE_WORDS-1];
-reg [{top}:0] column;
-
-always @(posedge clock)
-  if (advance) begin
-    column <= memory[address];
-    memory[write_address] <= {shifted};
-  end
-
-always @(*)
-  y = {{{}}};
-",
-            slices.join(", ")
-        ))
+        let (rows, taps) = (self._rows, self._taps.iter().fold(0u64, |taps, tap| taps | 1 << (tap - 1)));
+        let parameters = [
+            ("BITS", B.to_string()),
+            ("ROWS", rows.to_string()),
+            ("TAPS", format!("{rows}'h{taps:x}")),
+            ("OUTPUTS", self._taps.len().to_string()),
+            ("ADDRESS_BITS", COLUMN_BITS.to_string()),
+        ];
+        of_family("line_delay", &parameters)
     }
 }
 

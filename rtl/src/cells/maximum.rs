@@ -6,7 +6,7 @@
 
 use rust_hdl::prelude::*;
 
-use super::Response;
+use super::{Response, of_family};
 use crate::design::{DOG_BITS, SIGNED_BITS, WINDOW_BITS};
 
 /// Steps from the seven samples to the four results.
@@ -184,30 +184,7 @@ impl Logic for WindowMaximum {
     }
 
     fn hdl(&self) -> Verilog {
-        let shifts = shifts(self._samples);
-        let mut declarations = String::new();
-        let mut body = String::new();
-        let mut input = "x".to_owned();
-        for (round, &shift) in shifts.iter().enumerate() {
-            let mut delayed = input.clone();
-            for age in 1..=shift {
-                let name = format!("r{round}_delayed_{age}");
-                declarations += &format!("reg [DOG_BITS-1:0] {name};\n");
-                body += &format!("    {name} <= {delayed};\n");
-                delayed = name;
-            }
-            let output = if round + 1 == shifts.len() { "y".to_owned() } else { format!("r{}", round + 1) };
-            if output != "y" {
-                declarations += &format!("reg [DOG_BITS-1:0] {output};\n");
-            }
-            body += &format!("    {output} <= {input} > {delayed} ? {input} : {delayed};\n");
-            input = output;
-        }
-        Verilog::Custom(format!(
-            "// module: window_maximum_{}\n{declarations}\n\
-             always @(posedge clock)\n  if (advance) begin\n{body}  end\n",
-            self._samples
-        ))
+        of_family("window_maximum", &[("BITS", DOG_BITS.to_string()), ("SAMPLES", self._samples.to_string())])
     }
 }
 

@@ -1,4 +1,5 @@
-//! Leaf cells: each has a Rust `update` for rust-hdl's simulator and hand-written Verilog beside it.
+//! Leaf cells: each has a Rust `update` for rust-hdl's simulator and hand-written Verilog beside it. A family of cells
+//! is one module with parameters in a file of its own.
 //!
 //! All arithmetic and all memories are here, and all of it is unsigned. Modules composed of cells contain wiring only.
 //! Conventions:
@@ -8,7 +9,8 @@
 //! - `advance` is the clock enable of the whole datapath. A *step* is a clock edge with `advance` high. Every latency
 //!   is in steps.
 //! - Port names have no direction suffix. A signal `x_1` or `x_delayed_1` is `x` one step later.
-//! - The first line of a cell's Verilog names its module. Equal cells become one module of that name.
+//! - The first line of a cell's Verilog names its module. Equal cells become one module of that name. A family is named
+//!   with the numbers of the cell ([`of_family`]).
 
 pub mod address;
 pub mod bank;
@@ -30,7 +32,7 @@ pub mod sequencer;
 pub mod tail;
 pub mod threshold;
 
-use rust_hdl::prelude::Bits;
+use rust_hdl::prelude::{Bits, Verilog};
 
 pub use crate::design::STATE_BITS;
 use crate::design::{
@@ -85,6 +87,29 @@ pub type Fields = Bits<BANK_BITS>;
 
 /// A candidate.
 pub type Candidate = Bits<CANDIDATE_BITS>;
+
+/// The families: the name of the module, and its file.
+const FAMILIES: [(&str, &str); 8] = [
+    ("delay", include_str!("delay.v")),
+    ("flag_delay", include_str!("flag_delay.v")),
+    ("pulse_delay", include_str!("pulse_delay.v")),
+    ("frame_delay", include_str!("frame_delay.v")),
+    ("line_delay", include_str!("line_delay.v")),
+    ("row_look_back_border", include_str!("row_look_back_border.v")),
+    ("row_look_ahead_border", include_str!("row_look_ahead_border.v")),
+    ("window_maximum", include_str!("window_maximum.v")),
+];
+
+/// The text of a family's module.
+pub(crate) fn family(name: &str) -> Option<&'static str> {
+    FAMILIES.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+}
+
+/// The Verilog of a cell of a family: the name of the module, and its parameters as the instance gives them.
+fn of_family(name: &str, parameters: &[(&str, String)]) -> Verilog {
+    let parameters: String = parameters.iter().map(|(name, value)| format!(" {name}={value}")).collect();
+    Verilog::Custom(format!("// family: {name}{parameters}\n"))
+}
 
 /// So many zeros in Verilog.
 pub(crate) fn zeros(bits: usize) -> String {

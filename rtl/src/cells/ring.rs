@@ -7,7 +7,11 @@
 use hoverlock_reference::features::maxlbp::{MAX_RING_RADIUS, Ring};
 use rust_hdl::prelude::*;
 
-use super::{Points, Response, delay::delay_body, low};
+use super::{
+    Points, Response,
+    delay::{LONGEST_IN_REGISTERS, address_bits},
+    low,
+};
 use crate::design::{DOG_BITS, RING_RADII, SIGNED_BITS};
 
 /// Lines and steps from the newest sample to the centre.
@@ -110,6 +114,43 @@ impl<const IN: usize> Logic for RingTaps<IN> {
         wires.reverse();
         Verilog::Custom(format!("{text}\nalways @(*)\n  points = {{{}}};\n", wires.join(", ")))
     }
+}
+
+/// Verilog of `output[n] = input[n - steps]`: declarations and processes. Internal names begin with the prefix.
+fn delay_body(prefix: &str, input: &str, output: &str, bits: usize, steps: usize) -> String {
+    let top = bits - 1;
+    if steps <= LONGEST_IN_REGISTERS {
+        let (mut declarations, mut body, mut delayed) = (String::new(), String::new(), input.to_owned());
+        for age in 1..=steps {
+            let name = if age == steps { output.to_owned() } else { format!("{prefix}delayed_{age}") };
+            declarations += &format!("reg [{top}:0] {name};\n");
+            body += &format!("    {name} <= {delayed};\n");
+            delayed = name;
+        }
+        return format!("{declarations}\nalways @(posedge clock)\n  if (advance) begin\n{body}  end\n");
+    }
+    let last = steps - 2;
+    let size = address_bits(steps - 1);
+    format!(
+        "\
+reg [{top}:0] {output};
+(* ramstyle = \"MLAB\" *) reg [{top}:0] {prefix}memory [0:{last}];
+reg [{p}:0] {prefix}position;
+
+always @(posedge clock)
+  if (reset)
+    {prefix}position <= {size}'d0;
+  else if (advance)
+    {prefix}position <= {prefix}position == {size}'d{last} ? {size}'d0 : {prefix}position + {size}'d1;
+
+always @(posedge clock)
+  if (advance) begin
+    {output} <= {prefix}memory[{prefix}position];
+    {prefix}memory[{prefix}position] <= {input};
+  end
+",
+        p = size - 1
+    )
 }
 
 /// `maxlbp[i] = centre >= MaxDOG_i`, `sign[i] = sign_i`, one step.

@@ -1,7 +1,7 @@
-//! The comment above each emitted module: purpose, equation, pipeline, latency.
+//! The comment above each emitted module without a file of its own: purpose, equation, pipeline, latency.
 //!
-//! Modules of a family share a text. `{0}` and `{1}` in it are the numbers in the module's name; `{2^0}` is two to the
-//! power of the first. `<NAME>` is a number of the design, `<NAME+1>` one more.
+//! `{m}` is the look-ahead in a smoother's name, `{m-1}` one less. `<NAME>` is a number of the design, `<NAME+1>` one
+//! more.
 
 use crate::design::{
     CANDIDATE_QUEUE, COEFFICIENT_BITS, COEFFICIENTS, DOG_BITS, DOG_SHIFT, LOOK_AHEAD, MAX_LOOK_AHEAD, MAX_WIDTH,
@@ -13,25 +13,20 @@ use hoverlock_design::smoother_names;
 /// Returns the comment above a module.
 pub fn header(module: &str) -> String {
     let text = HEADERS.iter().filter(|(name, _)| module.starts_with(name)).max_by_key(|(name, _)| name.len());
-    let special = SPECIAL.iter().find(|(start, end, _)| module.starts_with(start) && module.contains(end));
-    let text = special.map(|(_, _, text)| *text).or(text.map(|(_, text)| *text)).unwrap_or_default();
+    let text = text.map(|(_, text)| *text).unwrap_or_default();
     let filled = filled(&of_design(text), module);
     filled.lines().map(|line| format!("// {line}").trim_end().to_owned() + "\n").collect()
 }
 
+/// Puts the look-ahead of a smoother, the number in the module's name, in its places.
 fn filled(text: &str, module: &str) -> String {
-    let numbers = module.split(|c: char| !c.is_ascii_digit()).filter_map(|digits| digits.parse::<u32>().ok());
-    numbers.enumerate().fold(text.to_owned(), |text, (i, number)| {
-        let power = 1u64.checked_shl(number).unwrap_or_default();
-        // Only smoothers have row stages; other numbers are larger than a look-ahead.
-        let row_steps = if number as usize <= MAX_LOOK_AHEAD { row_steps(number.into()) } else { 0 };
-        text.replace(&format!("{{{i}}}"), &number.to_string())
-            .replace(&format!("{{2^{i}}}"), &power.to_string())
-            .replace(&format!("{{{i}-1}}"), &number.saturating_sub(1).to_string())
-            .replace(&format!("{{{i}-2}}"), &number.saturating_sub(2).to_string())
-            .replace(&format!("{{{i}-3}}"), &number.saturating_sub(3).to_string())
-            .replace(&format!("{{row_steps{i}}}"), &row_steps.to_string())
-    })
+    let Ok(look_ahead) = module.trim_start_matches(|c: char| !c.is_ascii_digit()).parse::<u64>() else {
+        return text.to_owned();
+    };
+    text.replace("{m}", &look_ahead.to_string())
+        .replace("{m-1}", &look_ahead.saturating_sub(1).to_string())
+        .replace("{m-2}", &look_ahead.saturating_sub(2).to_string())
+        .replace("{row_steps}", &row_steps(look_ahead).to_string())
 }
 
 /// Puts the numbers of the design in their places.
@@ -105,34 +100,6 @@ fn aligned() -> String {
     )
 }
 
-/// Texts by the start and a part of the name, before those by the start alone.
-const SPECIAL: &[(&str, &str, &str)] = &[
-    (
-        "line_delay",
-        "_all",
-        "y_k[n] = x[n - k W] for k = 1 .. {1}, the newest lowest: all rows of a column are one memory word, read,
-shifted by one row and
-written back. The address counts steps modulo W.
-Latency: 1 to {1} lines.",
-    ),
-    (
-        "line_delay",
-        "x28_taps",
-        "y_i[n] = x[n - k_i W] for the {2} lines k_i of the fine ring, the newest lowest, {1} lines the oldest: all
-rows of a column are one
-memory word, read, shifted by one row and written back. The address counts steps modulo W.
-Latency: up to {1} lines.",
-    ),
-    (
-        "line_delay",
-        "x32_taps",
-        "y_i[n] = x[n - k_i W] for the {2} lines k_i > 0 of the <WIDE_RINGS>, the newest lowest, {1} lines the oldest:
-all rows of a column are
-one memory word, read, shifted by one row and written back. The address counts steps modulo W.
-Latency: up to {1} lines.",
-    ),
-];
-
 /// Texts by name prefix; the longest matching prefix counts.
 const HEADERS: &[(&str, &str)] = &[
     (
@@ -179,13 +146,13 @@ Latency: <LINES> lines and <STEPS> steps from `pixel` to <SMOOTHED>.",
     ),
     (
         "smoother_",
-        "One two-sided first-order smoother of look-ahead m = {0}; every cell is a lerp, y = p + g (q - p).
-  first_stage, second_stage   column_look_ahead_j, j = {0-1}, {0-2}, on pixels of four rows   <TREE_STEPS> steps
+        "One two-sided first-order smoother of look-ahead m = {m}; every cell is a lerp, y = p + g (q - p).
+  first_stage, second_stage   column_look_ahead_j, j = {m-1}, {m-2}, on pixels of four rows   <TREE_STEPS> steps
   column_look_ahead_j   u[r] = lerp(p = u[min(r + 2^j, H-1)], q = u[r], g_j)   2^j lines and 4 steps, j = m-3 .. 0
   recursion             s[r] = lerp(p = s[r-1], q = u[r], g)                          4 steps
   row_look_back_j       u[c] = lerp(p = u[max(c - 2^j, 0)], q = u[c], g_j)            4 steps
   row_look_ahead_j      u[c] = lerp(p = u[min(c + 2^j, W-1)], q = u[c], g_j)    2^j + 4 steps
-Latency: {row_steps0} steps from the state of the recursion to y.",
+Latency: {row_steps} steps from the state of the recursion to y.",
     ),
     (
         "column_look_ahead",
@@ -208,15 +175,15 @@ Latency: 1 step.",
     ),
     (
         "row_look_back",
-        "Row look-back stage {0}: y[c] = lerp(p = u[max(c - {2^0}, 0)], q = u[c], g_{0}).
+        "Row look-back stage j, DISTANCE = 2^j: y[c] = lerp(p = u[max(c - DISTANCE, 0)], q = u[c], g_j).
   step 1  p, q   step 2  |q - p|   step 3  product   step 4  y
 Latency: 4 steps.",
     ),
     (
         "row_look_ahead",
-        "Row look-ahead stage {0}: y[c] = lerp(p = u[min(c + {2^0}, W - 1)], q = u[c], g_{0}).
-  step 1  p, q   step 2  |q - p|   step 3  product   step 4  y, counted from {2^0} steps after u[c]
-Latency: {2^0} + 4 steps.",
+        "Row look-ahead stage j, DISTANCE = 2^j: y[c] = lerp(p = u[min(c + DISTANCE, W - 1)], q = u[c], g_j).
+  step 1  p, q   step 2  |q - p|   step 3  product   step 4  y, counted from DISTANCE steps after u[c]
+Latency: DISTANCE + 4 steps.",
     ),
     (
         "lerp",
@@ -233,45 +200,9 @@ the frame.
 Latency: 1 step.",
     ),
     (
-        "row_look_back_border",
-        "The operands of a row look-back cell: q[c] = x[c], p[c] = x[max(c - {0}, 0)].
-Latency: 1 step.",
-    ),
-    (
-        "row_look_ahead_border",
-        "The operands of a row look-ahead cell: q[c] = x[c], p[c] = x[min(c + {0}, W - 1)].
-Latency: 1 step from `x` and `delayed` to p and q.",
-    ),
-    (
         "coefficient_register",
         "The coefficient of a stage, loaded when the marker of a frame passes.
 Latency: 1 step.",
-    ),
-    (
-        "line_delay",
-        "y[n] = x[n - {1} W], {0} bits: all {1} rows of a column are one memory word, read, shifted by one row and
-written back.
-The address counts steps modulo W, so a frame may begin at any address. Only samples that the frame itself wrote are
-used.
-Latency: {1} lines.",
-    ),
-    (
-        "delay_",
-        "y[n] = x[n - {1}], {0} bits: registers up to 3 steps, beyond that a small memory, read and then written at the
-same address: the read gives the old word.
-The address may begin anywhere; its reset is for simulators with X.
-Latency: {1} steps.",
-    ),
-    ("flag_delay", "y[n] = x[n - {0}]; reset clears the bits in flight.\nLatency: {0} steps."),
-    (
-        "pulse_delay",
-        "y[n] = x[n - {0}] for a pulse, by a counter: at least {0} steps between pulses.
-Latency: {0} steps.",
-    ),
-    (
-        "frame_delay",
-        "y[n] = x[n - {0} W - {1}] for a marker, by a counter: at least as long between markers.
-Latency: {0} lines and {1} steps.",
     ),
     (
         "cursor",
@@ -333,11 +264,6 @@ Latency: 2 steps to the response, 3 lines and 12 steps from a pixel's states to 
 v6), five = max(v0 .. v4).
   step 1  maxima of two   step 2  maxima of three   step 3  outputs
 Latency: 3 steps.",
-    ),
-    (
-        "window_maximum",
-        "y[n] = max(x[n] .. x[n - {0} + 1]) by doubling: maxima of 2, of 4, then of two overlapping windows.
-Latency: ceil(log2 {0}) steps.",
     ),
     ("maximum", "y = max(a, b).\nLatency: 1 step."),
     (

@@ -6,6 +6,7 @@
 //! | `mod` | the list of files, the register files, the hash |
 //! | [`component`] | the top of the component for Platform Designer, and the files that Quartus is given |
 //! | [`post_pass`] | rust-hdl's output to one readable file per module |
+//! | [`parameters`] | modules with parameters, and the numbers of their instances |
 //! | `headers` | the comment above each module |
 //! | [`verilog`] | the Verilog of a design on the disk |
 //! | [`other`] | the same files for another design than the one that this was compiled for |
@@ -13,6 +14,7 @@
 pub mod component;
 mod headers;
 pub mod other;
+pub mod parameters;
 pub mod post_pass;
 pub mod verilog;
 
@@ -29,7 +31,7 @@ use self::{
     headers::header,
     post_pass::{EmissionError, Module, readable},
 };
-use crate::{design::compiled, registers::registers, top::Top};
+use crate::{cells::family, design::compiled, registers::registers, top::Top};
 use hoverlock_design::{DesignPoint, Unbuildable};
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
 
@@ -102,9 +104,11 @@ pub fn files() -> Result<Vec<File>, EmitError> {
     let mut files: Vec<File> = Vec::new();
     let modules = modules(hash)?;
     for module in &modules {
+        // The file of a family begins with its comment.
+        let comment = if family(&module.name).is_some() { String::new() } else { header(&module.name) };
         files.push(File {
             path: format!("verilog/{}.v", module.name),
-            text: format!("{}\n{}{}", banner("//"), header(&module.name), module.text),
+            text: format!("{}\n{comment}{}", banner("//"), module.text),
         });
     }
     // rust-hdl prints a module after those it is made of.

@@ -2,7 +2,14 @@
 //!
 //! rust-hdl names modules by their hierarchy (`top$column$0$lerp`), makes every instance a module of its own, joins
 //! names by `$` and wires in one `always` block. Each source module gives its name in a line `// module: NAME`. Modules
-//! with equal text are merged. Two different texts under one name are an error; a name that ends in `*` is numbered.
+//! with equal text are merged. Two different texts under one name are an error.
+//!
+//! A leaf of a family has a line `// family: NAME P=V ..` instead: its module is the file of the family, its ports must
+//! be those that rust-hdl knows, and its instance gives the parameters. A module of wiring becomes one for all its
+//! numbers by `// module: NAME P=INSTANCE.Q`, which takes its parameter from an instance in it, and
+//! `// parameter: INSTANCE.Q=E`, which says how a parameter of an instance follows; each is compared with the number
+//! that is there.
+//!
 //! Wiring becomes `assign` or goes into the port list, and `$` becomes `_`, checked for collisions. A name of
 //! [`constant`] becomes its number, and arithmetic with numbers in a range is computed: `[STATE_BITS-1:0]` becomes
 //! `[17:0]`.
@@ -10,6 +17,8 @@
 use std::collections::BTreeMap;
 use std::collections::HashSet;
 
+use super::parameters::{self, Scope, Variant};
+use crate::cells::family;
 use crate::design::constant;
 
 /// A module of the emission.
@@ -45,6 +54,28 @@ pub enum EmissionError {
         /// The name.
         name: String,
     },
+    /// The ports in a family's file are not those of the cell.
+    #[error("{module}: the file of family {family} has other ports than the cell: {found}, not {wanted}")]
+    Ports {
+        /// The module.
+        module: String,
+        /// The family.
+        family: String,
+        /// Directions, widths and names in the file.
+        found: String,
+        /// Those of the cell.
+        wanted: String,
+    },
+    /// A parameter has another value than its module says.
+    #[error("module {module}: `{line}`, but the value is {value}")]
+    Parameter {
+        /// The module.
+        module: String,
+        /// What it says.
+        line: String,
+        /// The value that the instance has.
+        value: i64,
+    },
     /// The printed text has an unknown form.
     #[error("module {module}: cannot read `{line}`")]
     Unknown {
@@ -60,7 +91,11 @@ pub enum EmissionError {
 /// # Errors
 /// If the sources break the conventions above.
 pub fn readable(printed: &str) -> Result<Vec<Module>, EmissionError> {
-    let printed = numbers(&comments(printed));
+    // Parameters of a family have names of their own.
+    let is_tag = |line: &str| line.trim().starts_with("// family: ");
+    let printed = comments(printed);
+    let lines = printed.split_inclusive('\n').map(|line| if is_tag(line) { line.to_owned() } else { numbers(line) });
+    let printed: String = lines.collect();
     let mut raw = BTreeMap::new();
     let mut current: Option<(String, Vec<&str>)> = None;
     for line in printed.lines() {
@@ -85,8 +120,8 @@ pub fn readable(printed: &str) -> Result<Vec<Module>, EmissionError> {
 
 struct Pass<'a> {
     raw: &'a BTreeMap<String, Vec<&'a str>>,
-    /// Printed name to readable name.
-    names: BTreeMap<String, String>,
+    /// Printed name to the readable module and its parameters, with their text as an instance gives it.
+    names: BTreeMap<String, (Variant, Vec<String>)>,
     modules: Vec<Module>,
     origins: BTreeMap<String, String>,
 }
@@ -104,9 +139,20 @@ struct Instance {
     ports: Vec<(String, String)>,
 }
 
-impl Pass<'_> {
-    fn visit(&mut self, printed: &str) -> Result<(), EmissionError> {
-        let lines = self.raw[printed].clone();
+/// What rust-hdl has printed of a module.
+struct Parts<'a> {
+    ports: Vec<Declaration>,
+    signals: Vec<Declaration>,
+    constants: Vec<String>,
+    instances: Vec<Instance>,
+    /// The lines behind the declarations.
+    body: Vec<&'a str>,
+    /// The body is Verilog by hand and not wiring.
+    custom: bool,
+}
+
+impl<'a> Parts<'a> {
+    fn read(printed: &str, lines: &[&'a str]) -> Result<Self, EmissionError> {
         let unknown = |line: &str| EmissionError::Unknown { module: printed.into(), line: line.trim().into() };
         let (mut ports, mut signals, mut constants) = (Vec::new(), Vec::new(), Vec::new());
         let mut instances: Vec<Instance> = Vec::new();
@@ -153,16 +199,32 @@ impl Pass<'_> {
                 return Err(unknown(line));
             }
         }
+        Ok(Self { ports, signals, constants, instances, body, custom })
+    }
+}
+
+impl Pass<'_> {
+    fn visit(&mut self, printed: &str) -> Result<(), EmissionError> {
+        let raw = self.raw;
+        let Parts { ports, signals, constants, instances, mut body, custom } = Parts::read(printed, &raw[printed])?;
         for instance in &instances {
             if !self.names.contains_key(&instance.module) {
                 self.visit(&instance.module)?;
             }
         }
-        let tag = body.iter().find_map(|line| line.trim().strip_prefix("// module: ")).map(str::to_owned);
-        let tag = tag.ok_or_else(|| EmissionError::Nameless(printed.into()))?;
-        let header: Vec<String> =
-            body.iter().filter_map(|line| line.trim().strip_prefix("// :").map(str::to_owned)).collect();
-        body.retain(|line| !line.trim().starts_with("// module: ") && !line.trim().starts_with("// :"));
+        let said = |start: &str| body.iter().filter_map(|line| line.trim().strip_prefix(start)).collect::<Vec<_>>();
+        if let Some(tag) = said("// family: ").first() {
+            let (variant, given) = of_family(printed, tag, &ports)?;
+            let text = family(&variant.module).unwrap_or_default().to_owned();
+            self.add(printed, Module { name: variant.module.clone(), text })?;
+            self.names.insert(printed.into(), (variant, given));
+            return Ok(());
+        }
+        let tag = said("// module: ").first().copied().ok_or_else(|| EmissionError::Nameless(printed.into()))?;
+        let (name, own) = tag.split_once(' ').unwrap_or((tag, ""));
+        let own = self.own_parameters(printed, own, &instances)?;
+        let given = self.given_parameters(printed, &said("// parameter: "), &own, &instances)?;
+        body.retain(|line| !["// module: ", "// parameter: "].iter().any(|start| line.trim().starts_with(start)));
 
         let mut declared = HashSet::new();
         for signal in ports.iter().chain(&signals) {
@@ -170,23 +232,7 @@ impl Pass<'_> {
                 return Err(EmissionError::Collision { module: printed.into(), name: plain(&signal.name) });
             }
         }
-        let mut text = String::new();
-        for line in header {
-            text += &format!("//{line}\n");
-        }
-        text += "module NAME (\n";
-        let driven_by_assign = !custom;
-        for (i, port) in ports.iter().enumerate() {
-            let kind = if port.direction == "output" && !driven_by_assign { "output reg " } else { "" };
-            let kind = match (port.direction, kind) {
-                ("input", _) => "input  wire",
-                (_, "") => "output wire",
-                _ => "output reg ",
-            };
-            let comma = if i + 1 < ports.len() { "," } else { "" };
-            text += &format!("  {kind} {}{}{comma}\n", pad(&port.range), plain(&port.name));
-        }
-        text += ");\n";
+        let mut text = head(name, &own, &ports, if custom { "output reg " } else { "output wire" });
         for constant in &constants {
             text += &format!("{}\n", plain(constant));
         }
@@ -197,31 +243,72 @@ impl Pass<'_> {
             text += dedented.join("\n").trim();
             text += "\n\nendmodule\n";
         } else {
-            text += &self.wired(printed, &body, &signals, &instances)?;
+            text += &self.wired(printed, &body, &signals, &instances, &given)?;
         }
-        // A name that ends in a star is a family, numbered in the order of appearance.
-        let named = |name: &str| Module { name: name.into(), text: text.replacen("NAME", name, 1) };
-        let module = match tag.strip_suffix('*') {
-            None => named(&tag),
-            Some(family) => {
-                let mut members = (0..).map(|i| named(&format!("{family}{i}")));
-                let free = |module: &Module| self.modules.contains(module) || !self.origins.contains_key(&module.name);
-                members.find(free).unwrap_or_else(|| named(family))
-            }
-        };
-        let name = module.name.clone();
-        match self.origins.get(&name) {
+        self.add(printed, Module { name: name.into(), text })?;
+        let given = own.iter().map(|(_, value)| value.to_string()).collect();
+        self.names.insert(printed.into(), (Variant { module: name.into(), parameters: own }, given));
+        Ok(())
+    }
+
+    /// Adds a module, which may be there already with the same text.
+    fn add(&mut self, printed: &str, module: Module) -> Result<(), EmissionError> {
+        match self.origins.get(&module.name) {
             None => {
-                self.origins.insert(name.clone(), printed.into());
+                self.origins.insert(module.name.clone(), printed.into());
                 self.modules.push(module);
             }
             Some(_) if self.modules.contains(&module) => {}
             Some(first) => {
-                return Err(EmissionError::Ambiguous { name, first: first.clone(), second: printed.into() });
+                let (name, first) = (module.name, first.clone());
+                return Err(EmissionError::Ambiguous { name, first, second: printed.into() });
             }
         }
-        self.names.insert(printed.into(), name);
         Ok(())
+    }
+
+    /// The parameter of an instance, `INSTANCE.NAME`.
+    fn parameter_at(&self, place: &str, instances: &[Instance]) -> Option<i64> {
+        let (at, name) = place.split_once('.')?;
+        let instance = instances.iter().find(|instance| plain(&instance.name) == at)?;
+        self.names.get(&instance.module)?.0.parameter(name)
+    }
+
+    /// Reads the parameters of a module of wiring, `P=INSTANCE.Q` and blanks between.
+    fn own_parameters(
+        &self,
+        printed: &str,
+        said: &str,
+        instances: &[Instance],
+    ) -> Result<Vec<(String, i64)>, EmissionError> {
+        let one = |line: &str| {
+            let value = line
+                .split_once('=')
+                .and_then(|(name, place)| Some((name.to_owned(), self.parameter_at(place, instances)?)));
+            value.ok_or_else(|| EmissionError::Unknown { module: printed.into(), line: line.into() })
+        };
+        said.split_whitespace().map(one).collect()
+    }
+
+    /// Reads how parameters of instances follow from those of the module, `INSTANCE.Q=E`, and compares the values.
+    fn given_parameters(
+        &self,
+        printed: &str,
+        said: &[&str],
+        own: &[(String, i64)],
+        instances: &[Instance],
+    ) -> Result<BTreeMap<String, String>, EmissionError> {
+        let scope: Scope = own.iter().cloned().collect();
+        let one = |line: &&str| {
+            let unknown = || EmissionError::Unknown { module: printed.into(), line: (*line).into() };
+            let (place, text) = line.split_once('=').ok_or_else(unknown)?;
+            let value = self.parameter_at(place, instances).ok_or_else(unknown)?;
+            if parameters::value(text, &scope) != Some(value) {
+                return Err(EmissionError::Parameter { module: printed.into(), line: (*line).into(), value });
+            }
+            Ok((place.to_owned(), text.to_owned()))
+        };
+        said.iter().map(one).collect()
     }
 
     /// The body of a module that only wires: assignments and instances.
@@ -231,6 +318,7 @@ impl Pass<'_> {
         body: &[&str],
         signals: &[Declaration],
         instances: &[Instance],
+        given: &BTreeMap<String, String>,
     ) -> Result<String, EmissionError> {
         let mut wires = BTreeMap::new();
         let mut statements = Vec::new();
@@ -262,7 +350,14 @@ impl Pass<'_> {
         }
         let mut placed = vec![false; instances.len()];
         let instance_text = |instance: &Instance| {
-            let mut text = format!("{} {} (\n", self.names[&instance.module], plain(&instance.name));
+            let (variant, texts) = &self.names[&instance.module];
+            let name = plain(&instance.name);
+            let one = |((parameter, _), text): (&(String, i64), &String)| {
+                format!(".{parameter}({})", given.get(&format!("{name}.{parameter}")).unwrap_or(text))
+            };
+            let numbers: Vec<String> = variant.parameters.iter().zip(texts).map(one).collect();
+            let numbers = if numbers.is_empty() { String::new() } else { format!(" #({})", numbers.join(", ")) };
+            let mut text = format!("{}{numbers} {name} (\n", variant.module);
             for (i, (port, signal)) in instance.ports.iter().enumerate() {
                 let value = if inputs.contains(signal) { &wires[signal] } else { signal };
                 let comma = if i + 1 < instance.ports.len() { "," } else { "" };
@@ -294,6 +389,58 @@ impl Pass<'_> {
         text += &assigns;
         Ok(text.trim_end().to_owned() + "\n\nendmodule\n")
     }
+}
+
+/// The head of a module, up to the end of its ports. The default of a parameter is 1: each instance gives its own.
+fn head(name: &str, parameters: &[(String, i64)], ports: &[Declaration], output: &str) -> String {
+    let parameters: Vec<String> = parameters.iter().map(|(name, _)| format!("  parameter {name} = 1")).collect();
+    let mut text = match parameters.is_empty() {
+        true => format!("module {name} (\n"),
+        false => format!("module {name} #(\n{}\n) (\n", parameters.join(",\n")),
+    };
+    for (i, port) in ports.iter().enumerate() {
+        let kind = if port.direction == "input" { "input  wire" } else { output };
+        let comma = if i + 1 < ports.len() { "," } else { "" };
+        text += &format!("  {kind} {}{}{comma}\n", pad(&port.range), plain(&port.name));
+    }
+    text + ");\n"
+}
+
+/// The module of a family with the parameters of a tag `NAME P=V ..`, and their texts. Its ports must be those of the
+/// cell.
+fn of_family(printed: &str, tag: &str, ports: &[Declaration]) -> Result<(Variant, Vec<String>), EmissionError> {
+    let unknown = || EmissionError::Unknown { module: printed.into(), line: tag.into() };
+    let mut words = tag.split_whitespace();
+    let name = words.next().ok_or_else(unknown)?;
+    let text = family(name).ok_or_else(unknown)?;
+    let (mut values, mut texts) = (Vec::new(), Vec::new());
+    for word in words {
+        let (parameter, value) = word.split_once('=').ok_or_else(unknown)?;
+        values.push((parameter.to_owned(), parameters::value(value, &Scope::new()).ok_or_else(unknown)?));
+        texts.push(value.to_owned());
+    }
+    // In the order of the header, so that an instance reads as the module does.
+    if !parameters::parameters(text).iter().map(|(name, _)| name).eq(values.iter().map(|(name, _)| name)) {
+        return Err(unknown());
+    }
+    let variant = Variant { module: name.into(), parameters: values };
+    let scope = variant.scope(text);
+    let port = |is_output: bool, width: Option<i64>, name: &str| {
+        let direction = if is_output { "output" } else { "input" };
+        format!("{direction} {name} of {} bits", width.map_or("?".into(), |width| width.to_string()))
+    };
+    let found: Vec<String> =
+        parameters::ports(text).iter().map(|it| port(it.is_output, it.width(&scope), &it.name)).collect();
+    let wanted = |it: &Declaration| {
+        let width = if it.range.is_empty() { Some(1) } else { parameters::width(&it.range, &Scope::new()) };
+        port(it.direction == "output", width, &plain(&it.name))
+    };
+    let wanted: Vec<String> = ports.iter().map(wanted).collect();
+    if found != wanted {
+        let (found, wanted) = (found.join(", "), wanted.join(", "));
+        return Err(EmissionError::Ports { module: printed.into(), family: name.into(), found, wanted });
+    }
+    Ok((variant, texts))
 }
 
 /// rust-hdl prints `comment!("text")` as the tokens `comment! ("text`, at times over two lines.
@@ -415,5 +562,62 @@ mod tests {
         ] {
             assert_eq!(numbers(text), wanted);
         }
+    }
+
+    /// A delay of flags as rust-hdl prints it, with this tag and this declaration of its input.
+    fn delay(name: &str, tag: &str, x: &str) -> String {
+        format!(
+            "module {name}(clock,reset,advance,x,y);\n    input wire clock;\n    input wire reset;\n    \
+             input wire advance;\n    {x}\n    output reg y;\n\n    // Update code (custom)\n    // family: {tag}\n\
+             endmodule\n"
+        )
+    }
+
+    #[test]
+    fn a_cell_of_a_family_has_the_ports_of_its_file() {
+        let one = |tag: &str, x: &str| readable(&delay("cell", tag, x));
+        let modules = one("flag_delay STEPS=3", "input wire x;").unwrap();
+        assert_eq!((modules[0].name.as_str(), modules[0].text.as_str()), ("flag_delay", family("flag_delay").unwrap()));
+        let other = one("flag_delay STEPS=3", "input wire [1:0] x;");
+        assert!(matches!(other, Err(EmissionError::Ports { .. })), "{other:?}");
+        for tag in ["flag_delay", "flag_delay BITS=3", "flag_delay STEPS=x", "no_such STEPS=3"] {
+            let other = one(tag, "input wire x;");
+            assert!(matches!(other, Err(EmissionError::Unknown { .. })), "{tag}: {other:?}");
+        }
+    }
+
+    #[test]
+    fn numbers_of_parts_follow_from_that_of_the_module() {
+        let ports = |name: &str| {
+            let one = |port| format!("        .{port}({name}${port})");
+            ["clock", "reset", "advance", "x", "y"].map(one).join(",\n")
+        };
+        let wires = |name: &str| {
+            ["clock", "reset", "advance", "x", "y"].map(|port| format!("    wire {name}${port};\n")).concat()
+        };
+        let stage = |said: &str| {
+            format!(
+                "{}{}module top(clock);\n    input wire clock;\n{}{}    top$a a(\n{}\n    );\n    \
+                 top$b b(\n{}\n    );\n    // Update code\n    always @(*) begin\n    \
+                 // module: stage DISTANCE=a.STEPS\n{said}    a$clock = clock;\n    end\nendmodule\n",
+                delay("top$a", "flag_delay STEPS=2", "input wire x;"),
+                delay("top$b", "flag_delay STEPS=6", "input wire x;"),
+                wires("a"),
+                wires("b"),
+                ports("a"),
+                ports("b"),
+            )
+        };
+        let right = "    // parameter: a.STEPS=DISTANCE\n    // parameter: b.STEPS=DISTANCE + 4\n";
+        let text = &readable(&stage(right)).unwrap()[1].text;
+        for part in ["parameter DISTANCE = 1\n", "#(.STEPS(DISTANCE)) a (", "#(.STEPS(DISTANCE + 4)) b ("] {
+            assert!(text.contains(part), "{text}");
+        }
+        // A number that nothing is said of stays one.
+        assert!(readable(&stage("")).unwrap()[1].text.contains("#(.STEPS(6)) b ("));
+        let wrong = readable(&stage("    // parameter: b.STEPS=DISTANCE + 5\n"));
+        assert!(matches!(wrong, Err(EmissionError::Parameter { value: 6, .. })), "{wrong:?}");
+        let missing = readable(&stage("    // parameter: c.STEPS=DISTANCE\n"));
+        assert!(matches!(missing, Err(EmissionError::Unknown { .. })), "{missing:?}");
     }
 }

@@ -1,5 +1,5 @@
-//! The stages `column_look_ahead_j`, `row_look_back_j` and `row_look_ahead_j`: border, lerp and the coefficient of the
-//! frame, along the rows with the delay.
+//! The stages `column_look_ahead`, `row_look_back` and `row_look_ahead`: border, lerp and the coefficient of the frame,
+//! along the rows with the delay. Stage `j` of a row is the module with `DISTANCE = 2^j`.
 
 use rust_hdl::prelude::*;
 
@@ -11,7 +11,7 @@ use crate::cells::{
     lerp::Lerp,
 };
 
-/// `y[r] = lerp(p = u[min(r + 2^j, H-1)], q = u[r], g_j)`: `column_look_ahead_j`, for any `j`. The line memory
+/// `y[r] = lerp(p = u[min(r + 2^j, H-1)], q = u[r], g_j)`: `column_look_ahead`, for any `j`. The line memory
 /// is no part of it.
 #[derive(LogicBlock, Default)]
 pub struct ColumnLookAhead {
@@ -63,7 +63,7 @@ impl Logic for ColumnLookAhead {
     }
 }
 
-/// `y[c] = lerp(p = u[max(c - 2^j, 0)], q = u[c], g_j)`: `row_look_back_j`.
+/// `y[c] = lerp(p = u[max(c - 2^j, 0)], q = u[c], g_j)`: `row_look_back`.
 #[derive(LogicBlock)]
 pub struct RowLookBack {
     /// Clock: registers sample at its rising edge.
@@ -122,7 +122,9 @@ impl RowLookBack {
 impl Logic for RowLookBack {
     #[hdl_gen]
     fn update(&mut self) {
-        comment!("module: row_look_back_*");
+        comment!("module: row_look_back DISTANCE=sample_delay.STEPS");
+        comment!("parameter: sample_delay.STEPS=DISTANCE");
+        comment!("parameter: border.DISTANCE=DISTANCE");
         self.sample_delay.clock.next = self.clock.val();
         self.sample_delay.reset.next = self.reset.val();
         self.sample_delay.advance.next = self.advance.val();
@@ -161,7 +163,7 @@ impl Logic for RowLookBack {
     }
 }
 
-/// `y[c] = lerp(p = u[min(c + 2^j, W-1)], q = u[c], g_j)`: `row_look_ahead_j`.
+/// `y[c] = lerp(p = u[min(c + 2^j, W-1)], q = u[c], g_j)`: `row_look_ahead`.
 #[derive(LogicBlock)]
 pub struct RowLookAhead {
     /// Clock: registers sample at its rising edge.
@@ -220,7 +222,11 @@ impl RowLookAhead {
 impl Logic for RowLookAhead {
     #[hdl_gen]
     fn update(&mut self) {
-        comment!("module: row_look_ahead_*");
+        comment!("module: row_look_ahead DISTANCE=sample_delay.STEPS");
+        comment!("parameter: sample_delay.STEPS=DISTANCE");
+        comment!("parameter: border.DISTANCE=DISTANCE");
+        comment!("parameter: last_delay.STEPS=DISTANCE + 4");
+        comment!("parameter: load_delay.STEPS=DISTANCE + 4");
         self.sample_delay.clock.next = self.clock.val();
         self.sample_delay.reset.next = self.reset.val();
         self.sample_delay.advance.next = self.advance.val();

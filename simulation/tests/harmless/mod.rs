@@ -9,7 +9,7 @@ use hoverlock_formal::{
     shipped,
 };
 
-use crate::mutation::{Kind, Mutant, Source, by_hand, is_proved_equivalent};
+use crate::mutation::{Kind, Mutant, Source, by_hand, is_proved_equivalent, plain};
 
 /// What shows that a fault is harmless.
 #[derive(Clone, Copy)]
@@ -41,8 +41,8 @@ const POSITION: &str = "the address of a circular memory may begin anywhere";
 const ROWS: &str = "what a reset leaves in the rows has left them within 64 steps";
 const COUNTS: &str = "no frame has 2^19 features: 2^21 pixels, one maximum in 16 at most, two scale pairs";
 const HARMLESS: &[Harmless] = &[
-    ("delay_*", RESETS, "", "", POSITION, Later("delay")),
-    ("flag_delay_8", RESETS, "", "", "flags of ring points, data that come after those of the reset", Later("delay")),
+    ("delay(*", RESETS, "", "", POSITION, Later("delay")),
+    ("flag_delay(8)", RESETS, "", "", "flags of ring points, data that come after those of the reset", Later("delay")),
     ("ring_taps*", RESETS, "", "", POSITION, Later("*")),
     (
         "ring_taps*",
@@ -65,7 +65,7 @@ const HARMLESS: &[Harmless] = &[
     ("row_look_ahead_border*", RESETS, "", "", ROWS, Later("row_look_ahead")),
     ("smoother_5/row_look_back*", RESETS, "", "", ROWS, Later("row_look_back")),
     ("smoother_5/row_look_ahead*", RESETS, "", "", ROWS, Later("row_look_ahead")),
-    ("pulse_delay_24", RESETS, "", "", ROWS, Later("row_look_ahead")),
+    ("pulse_delay(24)", RESETS, "", "", ROWS, Later("row_look_ahead")),
     (
         "row_look_back*",
         &[Kind::Wiring],
@@ -118,10 +118,10 @@ const HARMLESS: &[Harmless] = &[
 
 /// The same of modules that the default design lacks.
 const ELSEWHERE: &[Harmless] = &[
-    ("pulse_delay_16", RESETS, "", "", ROWS, Later("row_look_ahead")),
-    ("row_look_back_1/flag_delay_4", RESETS, "", "", ROWS, Later("row_look_back")),
-    ("row_look_back_2/flag_delay_4", RESETS, "", "", ROWS, Later("row_look_back")),
-    ("row_look_back_4/flag_delay_4", RESETS, "", "", ROWS, Later("row_look_back")),
+    ("pulse_delay(16)", RESETS, "", "", ROWS, Later("row_look_ahead")),
+    ("row_look_back(2)/flag_delay(4)", RESETS, "", "", ROWS, Later("row_look_back")),
+    ("row_look_back(4)/flag_delay(4)", RESETS, "", "", ROWS, Later("row_look_back")),
+    ("row_look_back(16)/flag_delay(4)", RESETS, "", "", ROWS, Later("row_look_back")),
     ("tail_counter", RESETS, "11'd0", "x", "x is set as the tail begins, before it counts", By("unset_registers")),
     (
         "csr",
@@ -215,12 +215,12 @@ fn holds(claim: &Claim, sources: &[Source], mutant: &Mutant) -> bool {
     let out = tempfile::tempdir().unwrap();
     let place =
         Place { sources: verilog(), out: out.path(), limit: Duration::from_secs(600), solver: Solver::default() };
-    let file = format!("{}.v", mutant.module);
+    let file = format!("{}.v", mutant.file);
     let proved = if claim.sources.contains(&file) {
-        let Some(source) = sources.iter().find(|source| source.module == mutant.module) else { return false };
+        let Some(source) = sources.iter().find(|source| source.module == mutant.file) else { return false };
         holds_with(claim, &FaultySource { file, text: by_hand(source, mutant) }, &place)
     } else {
-        let instance = mutant.at.as_ref().is_some_and(|at| claim.sources.contains(&format!("{at}.v")));
+        let instance = mutant.at.as_ref().is_some_and(|at| claim.sources.contains(&format!("{}.v", plain(at))));
         if !instance || mutant.kind != Kind::Reset {
             return false;
         }

@@ -12,6 +12,7 @@ use std::{
     process::Command,
 };
 
+use hoverlock_rtl::emission::parameters::{self, Head, Scope, Variant, active, instance, variants};
 use rand::{RngExt, SeedableRng, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
 
@@ -69,36 +70,63 @@ impl Kind {
 /// One fault.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Mutant {
-    /// The module, which is its file's name.
+    /// The module with the numbers of the instances that have the fault: `delay(18, 16)`.
     pub module: String,
+    /// The file's name without `.v`.
+    pub file: String,
     /// The line in the file, from 1.
     pub line: usize,
     pub kind: Kind,
     /// What the line says of it, and what stands there instead.
     pub original: String,
     pub fault: String,
-    /// The instance whose port is wired wrongly, by its module.
+    /// The instance whose port is wired wrongly, by its module with its numbers.
     pub at: Option<String>,
     /// Byte range of the expression in the file.
     site: (usize, usize),
+    /// What is true in the instances that have the fault, where others have not: `BITS == 18 && STEPS == 16`.
+    condition: String,
+}
+
+/// The name of a module without its numbers.
+pub fn plain(module: &str) -> &str {
+    module.split('(').next().unwrap_or(module)
 }
 
 /// The file with one fault in place, as by hand.
 pub fn by_hand(source: &Source, mutant: &Mutant) -> String {
     let mut text = source.text.clone();
-    text.replace_range(mutant.site.0..mutant.site.1, &mutant.fault);
+    let (from, to) = mutant.site;
+    let fault = match mutant.condition.as_str() {
+        "" => mutant.fault.clone(),
+        condition => format!("({condition} ? ({}) : ({}))", mutant.fault, &source.text[from..to]),
+    };
+    text.replace_range(from..to, &fault);
     text
+}
+
+/// The file with the numbers of an instance as defaults.
+fn with_defaults(text: &str, mutant: &Mutant) -> String {
+    let of_instance = |line: &str| {
+        let (declared, _) = line.trim().strip_prefix("parameter ")?.split_once(" = ")?;
+        let name = declared.rsplit(' ').next()?;
+        let number = mutant.condition.split(" && ").find_map(|one| one.strip_prefix(&format!("{name} == ")))?;
+        let comma = if line.ends_with(',') { "," } else { "" };
+        Some(format!("{}= {number}{comma}", line.split_once("= ")?.0))
+    };
+    text.lines().map(|line| of_instance(line).unwrap_or_else(|| line.to_owned()) + "\n").collect()
 }
 
 /// Whether Yosys proves the module with the fault equivalent to the original. Modules with instances are not tried.
 pub fn is_proved_equivalent(sources: &[Source], mutant: &Mutant) -> bool {
-    let Some(source) = sources.iter().find(|source| source.module == mutant.module) else { return false };
+    let Some(source) = sources.iter().find(|source| source.module == mutant.file) else { return false };
     if source.text.contains("\n  .clock(clock)") {
         return false;
     }
     let folder = tempfile::tempdir().unwrap();
-    let named =
-        |text: &str, name: &str| text.replacen(&format!("module {} ", mutant.module), &format!("module {name} "), 1);
+    let named = |text: &str, name: &str| {
+        with_defaults(text, mutant).replacen(&format!("module {} ", mutant.file), &format!("module {name} "), 1)
+    };
     std::fs::write(folder.path().join("gold.v"), named(&source.text, "gold")).unwrap();
     std::fs::write(folder.path().join("gate.v"), named(&by_hand(source, mutant), "gate")).unwrap();
     let script = "read_verilog gold.v gate.v; proc; memory_map; opt -full; equiv_make gold gate both; \
@@ -121,13 +149,16 @@ pub fn read(paths: &[PathBuf]) -> Vec<Source> {
     paths.iter().map(source).collect()
 }
 
-/// All faults that can be put into the files.
+/// All faults that can be put into the files, for each set of numbers that a module has.
 pub fn all(sources: &[Source]) -> Vec<Mutant> {
-    let ports: BTreeMap<&str, BTreeMap<String, (bool, usize)>> =
-        sources.iter().map(|source| (source.module.as_str(), signals(&source.text).0)).collect();
+    let texts: BTreeMap<&str, &str> =
+        sources.iter().map(|source| (source.module.as_str(), source.text.as_str())).collect();
     let mut mutants: BTreeSet<Mutant> = BTreeSet::new();
-    for source in sources {
-        mutants.extend(Reader::new(source, &ports).mutants());
+    let variants = variants(&texts, "hoverlock_top");
+    for variant in &variants {
+        let Some(source) = sources.iter().find(|source| source.module == variant.module) else { continue };
+        let is_only = variants.iter().filter(|other| other.module == variant.module).count() == 1;
+        mutants.extend(Reader::new(source, variant, is_only, &texts).mutants());
     }
     mutants.into_iter().collect()
 }
@@ -170,14 +201,17 @@ pub fn write(folder: &Path, sources: &[Source], mutants: &[Mutant]) -> Vec<PathB
     let mut paths = vec![put("mutation.sv", package)];
     for source in sources {
         let mut sites: BTreeMap<(usize, usize), Vec<(usize, &Mutant)>> = BTreeMap::new();
-        for (i, mutant) in mutants.iter().enumerate().filter(|(_, mutant)| mutant.module == source.module) {
+        for (i, mutant) in mutants.iter().enumerate().filter(|(_, mutant)| mutant.file == source.module) {
             sites.entry(mutant.site).or_default().push((i + 1, mutant));
         }
         let mut text = source.text.clone();
         for (site, faults) in sites.iter().rev() {
             let original = &source.text[site.0..site.1];
-            let faults: String =
-                faults.iter().map(|(i, mutant)| format!("mutation::id == {i} ? ({}) : ", mutant.fault)).collect();
+            let one = |(i, mutant): &(usize, &Mutant)| {
+                let and = if mutant.condition.is_empty() { "" } else { " && " };
+                format!("mutation::id == {i}{and}{} ? ({}) : ", mutant.condition, mutant.fault)
+            };
+            let faults: String = faults.iter().map(one).collect();
             text.replace_range(site.0..site.1, &format!("({faults}({original}))"));
         }
         if source.module == "hoverlock_top" {
@@ -190,38 +224,44 @@ pub fn write(folder: &Path, sources: &[Source], mutants: &[Mutant]) -> Vec<PathB
 
 type Widths = BTreeMap<String, (bool, usize)>;
 
-/// Ports and other signals: whether it is an output, and its width.
-fn signals(text: &str) -> (Widths, BTreeMap<String, usize>) {
-    let (mut ports, mut others) = (BTreeMap::new(), BTreeMap::new());
-    for line in text.lines() {
+/// Ports of a module: whether it is an output, and its width.
+fn ports(text: &str, scope: &Scope) -> Widths {
+    let port = |port: parameters::Port| {
+        let width = usize::try_from(port.width(scope)?).ok()?;
+        Some((port.name, (port.is_output, width)))
+    };
+    parameters::ports(text).into_iter().filter_map(port).collect()
+}
+
+/// The width of each signal inside of a module. One whose width is not the same in every round of a loop is left out.
+fn signals(text: &str, scope: &Scope) -> BTreeMap<String, usize> {
+    let mut signals = BTreeMap::new();
+    for line in text.lines().skip_while(|line| *line != ");") {
         let line = line.trim();
         // An attribute says where a signal goes, not what it is.
         let line = line.strip_prefix("(*").and_then(|line| line.split_once("*) ")).map_or(line, |(_, line)| line);
-        let mut words = line.split_whitespace();
-        let first = words.next().unwrap_or_default();
-        if !["input", "output", "wire", "reg"].contains(&first) || line.contains(" memory ") {
-            continue;
-        }
-        let rest = line.trim_start_matches(first).trim().trim_start_matches("wire").trim_start_matches("reg").trim();
-        let (width, names) = match rest.strip_prefix('[').and_then(|rest| rest.split_once(']')) {
-            Some((range, names)) => (range.split(':').next().unwrap().parse::<usize>().unwrap() + 1, names),
-            None => (1, rest),
+        let declared = ["wire ", "reg "].iter().find_map(|kind| line.strip_prefix(kind));
+        let Some(declared) = declared.filter(|_| !line.contains(" memory ")) else { continue };
+        let (range, names) = match declared.split_once("] ").filter(|_| declared.starts_with('[')) {
+            Some((range, names)) => (format!("{range}]"), names),
+            None => ("[0:0]".to_owned(), declared),
         };
-        let names = names.split('=').next().unwrap();
-        for name in names.split([',', ';']).map(str::trim).filter(|name| !name.is_empty()) {
-            if first == "input" || first == "output" {
-                ports.insert(name.to_owned(), (first == "output", width));
-            } else {
-                others.insert(name.to_owned(), width);
-            }
+        let width = parameters::width(&range, scope).and_then(|width| usize::try_from(width).ok());
+        let names = names.split('=').next().unwrap().split([',', ';']).map(str::trim);
+        for name in names.filter(|name| !name.is_empty()) {
+            signals.extend(width.map(|width| (name.to_owned(), width)));
         }
     }
-    (ports, others)
+    signals
 }
 
 struct Reader<'a> {
-    source: &'a Source,
-    ports: &'a BTreeMap<&'a str, Widths>,
+    variant: &'a Variant,
+    condition: String,
+    /// The file, with blanks where the numbers leave a branch out.
+    text: String,
+    texts: &'a BTreeMap<&'a str, &'a str>,
+    scope: Scope,
     widths: BTreeMap<String, usize>,
     /// What each plain register takes: `x <= y`.
     takes: BTreeMap<String, String>,
@@ -234,30 +274,40 @@ fn is_name(c: char) -> bool {
 }
 
 impl<'a> Reader<'a> {
-    fn new(source: &'a Source, ports: &'a BTreeMap<&'a str, Widths>) -> Self {
-        let (own, others) = signals(&source.text);
+    fn new(source: &Source, variant: &'a Variant, is_only: bool, texts: &'a BTreeMap<&'a str, &'a str>) -> Self {
+        let scope = variant.scope(&source.text);
+        let text = active(&source.text, &scope);
+        let own = ports(&text, &scope);
         let mut widths: BTreeMap<String, usize> = own.iter().map(|(name, (_, width))| (name.clone(), *width)).collect();
-        widths.extend(others);
+        widths.extend(signals(&text, &scope));
+        let equal: Vec<String> = variant.parameters.iter().map(|(name, value)| format!("{name} == {value}")).collect();
+        let condition = if is_only { String::new() } else { equal.join(" && ") };
         // The same choices for a file whatever other files there are.
-        let seed = source.module.bytes().fold(7u64, |seed, byte| seed.wrapping_mul(31) + u64::from(byte));
+        let seed = variant.label().bytes().fold(7u64, |seed, byte| seed.wrapping_mul(31) + u64::from(byte));
         let draw = ChaCha8Rng::seed_from_u64(seed);
-        Self { source, ports, widths, takes: BTreeMap::new(), draw, mutants: Vec::new() }
+        Self { variant, condition, text, texts, scope, widths, takes: BTreeMap::new(), draw, mutants: Vec::new() }
     }
 
     fn mutants(mut self) -> Vec<Mutant> {
-        let text = &self.source.text;
+        let text = &self.text.clone();
         let body = text.find("\n);\n").map_or(0, |at| at + 4);
         // Statements by their first line; an expression may go on over lines up to its semicolon.
         let mut at = body;
-        let mut instance: Option<String> = None;
-        let mut in_reset = false;
+        let mut within: Option<Variant> = None;
+        let (mut in_reset, mut in_function) = (false, false);
         let mut statements: Vec<(Range<usize>, bool)> = Vec::new();
         while at < text.len() {
             let end = text[at..].find('\n').map_or(text.len(), |end| at + end);
             let line = &text[at..end];
             let trimmed = line.trim_start();
             let begin = at + line.len() - trimmed.len();
-            let skipped = ["//", "(*", "wire unused", "localparam"].iter().any(|word| trimmed.starts_with(word));
+            // Numbers of the module, its loops and branches are no hardware.
+            const NO_HARDWARE: [&str; 10] =
+                ["//", "(*", "wire unused", "localparam", "initial", "$", "for (", "function", "genvar", "integer"];
+            in_function = (in_function || trimmed.starts_with("function")) && !trimmed.starts_with("endfunction");
+            let skipped = in_function
+                || trimmed.contains(" begin : ")
+                || NO_HARDWARE.iter().any(|word| trimmed.starts_with(word));
             let conditional = ["if (", "else if (", "end else if ("].iter().find(|word| trimmed.starts_with(**word));
             if skipped || trimmed.is_empty() {
                 // Nothing to go wrong.
@@ -269,13 +319,13 @@ impl<'a> Reader<'a> {
             } else if ["end else", "else", "always"].iter().any(|word| trimmed.starts_with(word)) {
                 in_reset = false;
             } else if let Some(connection) = trimmed.strip_prefix('.') {
-                if let (Some(module), Some((port, _))) = (&instance, connection.split_once('(')) {
+                if let (Some(inner), Some((port, _))) = (&within, connection.split_once('(')) {
                     let from = begin + 1 + port.len() + 1;
                     let to = closing(text, from);
-                    self.connection(module.clone(), port, from..to);
+                    self.connection(&inner.clone(), port, from..to);
                 }
             } else if trimmed.ends_with(" (") {
-                instance = trimmed.split_whitespace().next().map(str::to_owned);
+                within = self.instance(trimmed);
             } else if trimmed.contains('=') {
                 let end = at + text[at..].find(';').unwrap_or(0);
                 statements.push((begin..end, in_reset));
@@ -299,8 +349,15 @@ impl<'a> Reader<'a> {
         self.mutants
     }
 
+    /// The module of an instance with its numbers.
+    fn instance(&self, line: &str) -> Option<Variant> {
+        let Head { module, given, .. } = instance(line)?;
+        let number = |(name, text): (&str, &str)| Some((name.to_owned(), parameters::value(text, &self.scope)?));
+        Some(Variant { module: module.into(), parameters: given.into_iter().map(number).collect::<Option<_>>()? })
+    }
+
     fn add(&mut self, site: Range<usize>, kind: Kind, fault: String, at: Option<String>) {
-        let text = &self.source.text;
+        let text = &self.text;
         let original = text[site.clone()].split_whitespace().collect::<Vec<_>>().join(" ");
         let balanced = [('(', ')'), ('{', '}'), ('[', ']')]
             .into_iter()
@@ -309,18 +366,20 @@ impl<'a> Reader<'a> {
             return;
         }
         self.mutants.push(Mutant {
-            module: self.source.module.clone(),
+            module: self.variant.label(),
+            file: self.variant.module.clone(),
             line: text[..site.start].matches('\n').count() + 1,
             kind,
             original,
             fault,
             at,
             site: (site.start, site.end),
+            condition: self.condition.clone(),
         });
     }
 
     fn condition(&mut self, site: Range<usize>) {
-        let text = self.source.text[site.clone()].to_owned();
+        let text = self.text[site.clone()].to_owned();
         if text == "reset" {
             self.add(site, Kind::Reset, "1'b0".into(), None);
             return;
@@ -334,11 +393,11 @@ impl<'a> Reader<'a> {
         self.expression(site, &text, false);
     }
 
-    fn connection(&mut self, module: String, port: &str, site: Range<usize>) {
-        let text = self.source.text[site.clone()].to_owned();
-        let Some((output, width)) = self.ports.get(module.as_str()).and_then(|ports| ports.get(port)).copied() else {
-            return;
-        };
+    fn connection(&mut self, inner: &Variant, port: &str, site: Range<usize>) {
+        let text = self.text[site.clone()].to_owned();
+        let Some(its) = self.texts.get(inner.module.as_str()) else { return };
+        let Some((output, width)) = ports(its, &inner.scope(its)).get(port).copied() else { return };
+        let module = inner.label();
         if output || port == "clock" {
             return;
         }
@@ -359,7 +418,7 @@ impl<'a> Reader<'a> {
     }
 
     fn statement(&mut self, range: Range<usize>, reset: bool) {
-        let text = self.source.text[range.clone()].to_owned();
+        let text = self.text[range.clone()].to_owned();
         let Some((target, value)) = split(&text) else { return };
         let (target, value) = (target.to_owned(), value.to_owned());
         let site = range.end - value.len()..range.end;
@@ -381,7 +440,7 @@ impl<'a> Reader<'a> {
         }
         if let Some(at) = value.find("memory[") {
             let from = site.start + at + 7;
-            let index = self.source.text[from..closing_bracket(&self.source.text, from)].to_owned();
+            let index = self.text[from..closing_bracket(&self.text, from)].to_owned();
             self.address_in(&site, &value, &index);
         }
         if name == target && !value.contains('\'') {
@@ -506,8 +565,9 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Each sized number one up, and one bit of it other.
+    /// Each number one up, and one bit of it other.
     fn constants(&mut self, site: &Range<usize>, text: &str, kind: Kind) {
+        self.plain_constants(site, text, kind);
         for (quote, _) in text.match_indices('\'') {
             let from = text[..quote].rfind(|c: char| !c.is_ascii_digit()).map_or(0, |at| at + 1);
             let base = text[quote + 1..].chars().next().unwrap_or(' ');
@@ -529,6 +589,35 @@ impl<'a> Reader<'a> {
                 let rest = &text[quote + 2 + digits.len()..];
                 self.add(site.clone(), kind, format!("{}{width}'h{other:x}{rest}", &text[..from]), None);
             }
+        }
+    }
+
+    /// The same of numbers without a size, and of local parameters with their range, outside of brackets.
+    fn plain_constants(&mut self, site: &Range<usize>, text: &str, kind: Kind) {
+        let (mut at, mut depth) = (0, 0usize);
+        while let Some(first) = text[at..].chars().next() {
+            let end = text[at..].find(|c: char| !is_name(c) && c != '\'').map_or(text.len(), |end| at + end);
+            if end == at {
+                depth = match first {
+                    '[' => depth + 1,
+                    ']' => depth.saturating_sub(1),
+                    _ => depth,
+                };
+                at += first.len_utf8();
+                continue;
+            }
+            let word = &text[at..end];
+            let is_local = word.chars().next().is_some_and(|c| c.is_ascii_uppercase());
+            let value = if is_local { self.scope.get(word).copied() } else { word.parse().ok() };
+            if let Some(value) = value.filter(|_| depth == 0) {
+                let range = if text[end..].starts_with('[') { text[end..].find(']').map_or(0, |at| at + 1) } else { 0 };
+                let close = end + range;
+                let bit = self.draw.random_range(0..3);
+                for other in [value + 1, value ^ 1 << bit] {
+                    self.add(site.clone(), kind, format!("{}{other}{}", &text[..at], &text[close..]), None);
+                }
+            }
+            at = end;
         }
     }
 }

@@ -39,10 +39,10 @@ pub fn borders_and_positions() {
             }
         }
     );
-    for (module, reach) in family("row_look_back_border_") {
+    for (module, numbers) in family("row_look_back_border") {
         agree!(
             RowLookBackBorder,
-            RowLookBackBorder::new(reach as u64),
+            RowLookBackBorder::new(numbers[1] as u64),
             &module,
             1500,
             [reset, advance, first, x, delayed],
@@ -53,10 +53,10 @@ pub fn borders_and_positions() {
             }
         );
     }
-    for (module, reach) in family("row_look_ahead_border_") {
+    for (module, numbers) in family("row_look_ahead_border") {
         agree!(
             RowLookAheadBorder,
-            RowLookAheadBorder::new(reach as u64),
+            RowLookAheadBorder::new(numbers[1] as u64),
             &module,
             1500,
             [reset, advance, last, x, delayed],

@@ -13,10 +13,11 @@ use rust_hdl::prelude::*;
 
 use super::*;
 
-/// All emitted delays of this width.
+/// All delays of this width.
 macro_rules! delay {
-    ($bits:literal, $family:expr) => {
-        for (module, steps) in $family {
+    ($bits:literal) => {
+        for (module, numbers) in family("delay").into_iter().filter(|(_, numbers)| numbers[0] == $bits) {
+            let steps = numbers[1];
             let mut past = Vec::new();
             alike!(
                 Delay::<$bits>::new(steps),
@@ -39,11 +40,14 @@ macro_rules! delay {
 }
 
 pub fn delays() {
-    delay!(15, family("delay_15x"));
-    delay!(16, family("delay_16x"));
-    delay!(18, family("delay_18x"));
-    delay!(64, family("delay_64x"));
-    for (module, steps) in family("flag_delay_") {
+    delay!(15);
+    delay!(16);
+    delay!(18);
+    delay!(64);
+    let all = family("delay").into_iter().map(|(_, numbers)| numbers[0]);
+    assert!(all.into_iter().all(|bits| [15, 16, 18, 64].contains(&bits)), "a delay of another width");
+    for (module, numbers) in family("flag_delay") {
+        let steps = numbers[0];
         agree!(
             FlagDelay,
             FlagDelay::new(steps),
@@ -56,7 +60,8 @@ pub fn delays() {
             }
         );
     }
-    for (module, steps) in family("pulse_delay_") {
+    for (module, numbers) in family("pulse_delay") {
+        let steps = numbers[0];
         let mut last = None;
         let mut step = 0;
         alike!(
@@ -83,22 +88,13 @@ pub fn delays() {
             }
         );
     }
-    // Lines and steps of each frame marker.
-    for (module, lines, steps) in [
-        ("frame_delay_1x4", 1, 4),
-        ("frame_delay_2x4", 2, 4),
-        ("frame_delay_4x4", 4, 4),
-        ("frame_delay_8x4", 8, 4),
-        ("frame_delay_8x7", 8, 7),
-        ("frame_delay_48x1", 48, 1),
-        ("frame_delay_3x10", 3, 10),
-        ("frame_delay_15x13", 15, 13),
-    ] {
+    for (module, numbers) in family("frame_delay") {
+        let (lines, steps) = (numbers[0] as u64, numbers[1] as u64);
         let (mut step, mut last) = (0u64, None);
         let width = 66 + lines;
         alike!(
             FrameDelay::new(lines, steps),
-            module,
+            &module,
             5000,
             [reset, advance, width, x],
             [y],
@@ -130,7 +126,7 @@ pub fn delays() {
 pub fn lines_of_every_depth() {
     /// A line memory of this width with these taps.
     macro_rules! lines {
-        ($bits:literal, $out:literal, $module:expr, $taps:expr) => {
+        ($bits:literal, $out:literal, $module:expr, $taps:expr) => {{
             let (mut count, mut past) = (0u64, Vec::new());
             let taps: &[usize] = $taps;
             // As many steps as the oldest tap needs, and a hundred more.
@@ -156,17 +152,26 @@ pub fn lines_of_every_depth() {
                     }
                 }
             );
-        };
+        }};
     }
-    for (module, rows) in family("line_delay_18x") {
-        lines!(18, 18, &module, &[rows]);
+    for (module, numbers) in family("line_delay") {
+        // Bits, rows, taps, outputs; bit `k - 1` of the taps is row `k`.
+        let taps: Vec<usize> = (1..=numbers[1]).filter(|row| numbers[2] >> (row - 1) & 1 != 0).collect();
+        assert_eq!(taps.len(), numbers[3]);
+        match (numbers[0], numbers[3]) {
+            (18, 1) => lines!(18, 18, &module, &taps),
+            (16, 6) => lines!(16, 96, &module, &taps),
+            (16, 15) => lines!(16, 240, &module, &taps),
+            (16, 14) => lines!(16, 224, &module, &taps),
+            other => panic!("a line memory of another form: {other:?}"),
+        }
     }
-    lines!(16, 96, "line_delay_16x6_all", &[1, 2, 3, 4, 5, 6]);
-    let ring =
-        |scale: usize| rows(scale).into_iter().map(|(line, _)| line).filter(|line| *line > 0).collect::<Vec<_>>();
-    // The fine ring lies deeper inside: it has a newest line of its own to wait for.
-    lines!(16, 240, "line_delay_16x28_taps15", &ring(0));
-    lines!(16, 224, "line_delay_16x32_taps14", &ring(1));
+    let of_ring = |scale: usize| rows(scale).into_iter().map(|(line, _)| line).filter(|line| *line > 0).collect();
+    let rings: Vec<Vec<usize>> = vec![of_ring(0), of_ring(1)];
+    for ring in rings {
+        let taps = ring.iter().fold(0, |taps, line| taps | 1 << (line - 1));
+        assert!(family("line_delay").iter().any(|(_, numbers)| numbers[2] == taps), "no line memory of {ring:?}");
+    }
 }
 
 /// The rows of all column stages of the default design in one memory, against their delays.

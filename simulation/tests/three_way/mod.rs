@@ -16,7 +16,10 @@ use hoverlock_harness::{
     build::Build,
     model::{InstanceOptions, Library, Model},
 };
-use hoverlock_rtl::emission::committed;
+use hoverlock_rtl::emission::{
+    committed,
+    parameters::{Variant, ports, variants},
+};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rust_hdl::prelude::*;
@@ -136,16 +139,28 @@ fn is_leaf(text: &str) -> bool {
     !text.contains("\n  .clock(clock)")
 }
 
-/// The numbers in the names of all modules of a family: `delay_18x4` is 4 of `delay_18x`.
-fn family(prefix: &str) -> Vec<(String, usize)> {
-    let member = |name: &String| Some((name.clone(), name.strip_prefix(prefix)?.parse().ok()?));
-    let members: Vec<_> = FILES.keys().filter_map(member).collect();
-    assert!(!members.is_empty(), "no module {prefix}N");
+/// Each module of the design with each set of its numbers, by its label.
+static VARIANTS: LazyLock<BTreeMap<String, Variant>> = LazyLock::new(|| {
+    let texts = FILES.iter().map(|(name, text)| (name.as_str(), text.as_str())).collect();
+    variants(&texts, "hoverlock_top").into_iter().map(|variant| (variant.label(), variant)).collect()
+});
+
+/// The labels of a module's variants, with their numbers: `delay(18, 16)` and 18, 16.
+fn family(module: &str) -> Vec<(String, Vec<usize>)> {
+    let numbers = |variant: &Variant| variant.parameters.iter().map(|(_, number)| *number as usize).collect();
+    let of_module = VARIANTS.iter().filter(|(_, variant)| variant.module == module);
+    let members: Vec<_> = of_module.map(|(label, variant)| (label.clone(), numbers(variant))).collect();
+    assert!(!members.is_empty(), "no module {module}");
     members
 }
 
+/// The port of the bench that is a port of a module.
+fn bench_port(label: &str, port: &str) -> String {
+    format!("{}__{port}", label.replace(|c: char| !c.is_ascii_alphanumeric(), "_"))
+}
+
 pub fn every_leaf_has_a_check() {
-    // The text of these files holds the name of each module that they drive, or the name of its family.
+    // The text of these files holds the name of each module that they drive, as it is or where they ask for its family.
     let checks = [
         include_str!("arithmetic.rs"),
         include_str!("borders.rs"),
@@ -157,44 +172,42 @@ pub fn every_leaf_has_a_check() {
     // The mutation test adds a package of its own, which is no cell.
     let leaves = FILES.iter().filter(|(name, text)| *name != "mutation" && is_leaf(text));
     for (name, _) in leaves {
-        let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
-        let checked = [format!("\"{name}\""), format!("(\"{stem}\")")].iter().any(|call| checks.contains(call));
-        assert!(checked, "{name} has no check of its own");
+        assert!(checks.contains(&format!("\"{name}\"")), "{name} has no check of its own");
     }
 }
 
 /// One instance of each cell, its ports named `cell__port`, one clock for all.
 static LIBRARY: LazyLock<Library> = LazyLock::new(|| {
     let folder = OTHERS.get().map_or(Path::new(env!("CARGO_TARGET_TMPDIR")), |(_, folder)| folder.as_path());
-    let (mut ports, mut instances) = (vec!["input wire clock".to_owned()], String::new());
-    for (name, text) in FILES.iter() {
-        if name == "mutation" {
-            instances += "mutation_choice mutation_choice ();\n";
-            continue;
-        }
+    let (mut of_bench, mut instances) = (vec!["input wire clock".to_owned()], String::new());
+    if FILES.contains_key("mutation") {
+        instances += "mutation_choice mutation_choice ();\n";
+    }
+    for (label, variant) in VARIANTS.iter() {
+        let text = &FILES[&variant.module];
         // Wiring modules are checked by the chain.
-        if !is_leaf(text) && !structure::MODULES.contains(&name.as_str()) {
+        if !is_leaf(text) && !structure::MODULES.contains(&label.as_str()) {
             continue;
         }
+        let scope = variant.scope(text);
         let mut connections = Vec::new();
-        for line in text.lines().skip_while(|line| !line.starts_with("module")).take_while(|line| *line != ");") {
-            let Some((direction, rest)) = line.trim().trim_end_matches(',').split_once(' ') else { continue };
-            if direction != "input" && direction != "output" {
-                continue;
-            }
-            let rest = rest.trim().trim_start_matches("wire").trim_start_matches("reg").trim();
-            let (range, port) = rest.rsplit_once(' ').unwrap_or(("", rest));
-            if port == "clock" {
+        for port in ports(text) {
+            if port.name == "clock" {
                 connections.push(".clock(clock)".to_owned());
                 continue;
             }
-            ports.push(format!("{direction} wire {range} {name}__{port}"));
-            connections.push(format!(".{port}({name}__{port})"));
+            let direction = if port.is_output { "output" } else { "input" };
+            let top = port.width(&scope).expect("a width is a number") - 1;
+            let name = bench_port(label, &port.name);
+            of_bench.push(format!("{direction} wire [{top}:0] {name}"));
+            connections.push(format!(".{}({name})", port.name));
         }
-        writeln!(instances, "{name} i_{name} ({});", connections.join(", ")).unwrap();
+        let numbers: Vec<String> = variant.parameters.iter().map(|(name, value)| format!(".{name}({value})")).collect();
+        let (module, name) = (&variant.module, bench_port(label, "i"));
+        writeln!(instances, "{module} #({}) {name} ({});", numbers.join(", "), connections.join(", ")).unwrap();
     }
     let bench = folder.join("bench.v");
-    let text = format!("module bench ({});\n{instances}endmodule\n", ports.join(", "));
+    let text = format!("module bench ({});\n{instances}endmodule\n", of_bench.join(", "));
     // A file that has not changed keeps its time, so that the built model is found again.
     if std::fs::read_to_string(&bench).ok().as_ref() != Some(&text) {
         std::fs::write(&bench, text).unwrap();
@@ -227,7 +240,7 @@ macro_rules! alike_with {
             tame(&mut cell, cycle, &mut draw);
             $({
                 let name = concat!(stringify!($input) $(, "_", stringify!($in))?);
-                let signal = model.find(&format!("{module}__{name}")).unwrap();
+                let signal = model.find(&bench_port(module, name)).unwrap();
                 model.set_words(signal, &Word::words(cell.$input$([$in])?.next)).unwrap();
             })*
             model.set(clock, 0).unwrap();
@@ -244,7 +257,7 @@ macro_rules! alike_with {
             if cycle >= 2 {
                 $({
                     let name = concat!(stringify!($output) $(, "_", stringify!($out))?);
-                    let signal = model.find(&format!("{module}__{name}")).unwrap();
+                    let signal = model.find(&bench_port(module, name)).unwrap();
                     let (rust, verilog) = (Word::words(cell.$output$([$out])?.val()), model.get_words(signal));
                     assert_eq!(rust, verilog, "{module}.{} in cycle {cycle}", stringify!($output));
                 })*

@@ -21,11 +21,11 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rust_hdl::prelude::*;
 
-use super::{Check, Word, instance, is_driven, random};
+use super::{Check, Word, bench_port, instance, is_driven, random};
 
 /// Modules that are driven here and not in the checks of the leaves.
 pub const MODULES: [&str; 6] =
-    ["column_look_ahead", "row_look_back_1", "row_look_ahead_1", "smoothers", "scale_pair", "hoverlock_core"];
+    ["column_look_ahead", "row_look_back(2)", "row_look_ahead(2)", "smoothers", "scale_pair", "hoverlock_core"];
 
 /// All checks of what is built of cells.
 pub const CHECKS: [Check; 5] = [
@@ -45,7 +45,7 @@ pub fn row_stages() {
     let (mut sent, mut given): (Vec<u32>, Vec<u32>) = (Vec::new(), Vec::new());
     alike!(
         RowLookBack::new(1),
-        "row_look_back_1",
+        "row_look_back(2)",
         3000,
         [reset, advance, x, first, load, g],
         [y, first_out, load_out],
@@ -73,7 +73,7 @@ pub fn row_stages() {
     let (mut sent, mut given): (Vec<u32>, Vec<u32>) = (Vec::new(), Vec::new());
     alike!(
         RowLookAhead::new(1),
-        "row_look_ahead_1",
+        "row_look_ahead(2)",
         3000,
         [reset, advance, x, last, load, g],
         [y, last_out, loads],
