@@ -464,9 +464,10 @@ impl Mutation {
             })
             .filter(|(_, line)| *line > 0)
             .collect();
+        // An observer stands where the module ends.
         let observed = |(file, line): &(&str, usize)| {
             let text = sources.get(*file).map_or("", String::as_str);
-            text.lines().count() <= *line
+            text.lines().position(|line| line.starts_with("endmodule")).unwrap_or_default() < *line
         };
         if places.iter().any(observed) {
             return None;

@@ -240,9 +240,11 @@ impl Logic for Csr {
     }
 
     fn hdl(&self) -> Verilog {
-        let mut declarations = String::new();
+        let (mut addresses, mut declarations) = (String::new(), String::new());
         let (mut resets, mut writes, mut cases) = (String::new(), String::new(), String::new());
         for register in &self._map {
+            let word = address_name(register);
+            addresses += &format!("localparam [5:0] {word} = 6'd{};\n", register.offset >> 2);
             let mut parts = Vec::new();
             let mut at = 32;
             for field in register.fields.iter().rev() {
@@ -255,19 +257,18 @@ impl Logic for Csr {
                 let (bits, low, top) = (field.bits, field.low, field.low + field.bits - 1);
                 let range = if bits == 1 { String::new() } else { format!("[{}:0] ", bits - 1) };
                 let slice = if bits == 1 { format!("writedata[{low}]") } else { format!("writedata[{top}:{low}]") };
-                let word = register.offset >> 2;
                 parts.push(name.clone());
                 match field.access {
                     Access::ReadWrite => {
                         declarations += &format!("reg  {range}{name};\n");
                         resets += &format!("    {name} <= {bits}'d{};\n", field.reset);
-                        writes += &format!("    if (write & (address == 6'd{word}))\n      {name} <= {slice};\n");
+                        writes += &format!("    if (write & (address == {word}))\n      {name} <= {slice};\n");
                     }
                     Access::Clear => {
                         declarations += &format!("reg  {range}{name};\n");
                         resets += &format!("    {name} <= {bits}'d0;\n");
                         writes += &format!(
-                            "    {name} <= ({name} & ~(write & (address == 6'd{word}) & {slice})) \
+                            "    {name} <= ({name} & ~(write & (address == {word}) & {slice}))\n      \
                              | (~clear_now & {});\n",
                             event(&field.name)
                         );
@@ -275,14 +276,14 @@ impl Logic for Csr {
                     Access::Pulse => {
                         declarations += &format!("reg  {range}clear_now;\nwire {range}{name} = 1'b0;\n");
                         resets += "    clear_now <= 1'b1;\n";
-                        writes += &format!("    clear_now <= write & (address == 6'd{word}) & {slice};\n");
+                        writes += &format!("    clear_now <= write & (address == {word}) & {slice};\n");
                     }
                     Access::Request => {
                         declarations += &format!("reg  {range}{name};\n");
                         resets += &format!("    {name} <= {bits}'d{};\n", field.reset);
                         writes += &format!(
                             "    {name} <= ({name} & ~disturbs & ~begun) \
-                             | (write & (address == 6'd{word}) & {slice});\n"
+                             | (write & (address == {word}) & {slice});\n"
                         );
                     }
                     Access::Read => match (register.name.as_str(), field.name.as_str()) {
@@ -305,7 +306,7 @@ impl Logic for Csr {
             if at > 0 {
                 parts.push(format!("{at}'d0"));
             }
-            cases += &format!("      6'd{}: readdata <= {{{}}};\n", register.offset >> 2, parts.join(", "));
+            cases += &format!("      {word}: readdata <= {{{}}};\n", list(&parts));
         }
         let coefficients: Vec<String> = self
             ._map
@@ -319,19 +320,19 @@ impl Logic for Csr {
             .collect();
         let of_set = |coefficient: bool| {
             let registers = self._map.iter().filter(|register| is_of_set(register));
-            registers
-                .filter(move |register| (register.fields[0].name == "value") == coefficient)
-                .map(|register| register.offset >> 2)
+            registers.filter(move |register| (register.fields[0].name == "value") == coefficient)
         };
-        let mut disturbing: Vec<String> = of_set(false).map(|word| format!("(address == 6'd{word})")).collect();
-        if let (Some(first), Some(last)) = (of_set(true).min(), of_set(true).max()) {
-            disturbing.push(format!("((address >= 6'd{first}) & (address <= 6'd{last}))"));
+        let mut disturbing: Vec<String> =
+            of_set(false).map(|register| format!("(address == {})", address_name(register))).collect();
+        let (first, last) = (of_set(true).min_by_key(|it| it.offset), of_set(true).max_by_key(|it| it.offset));
+        if let (Some(first), Some(last)) = (first.map(address_name), last.map(address_name)) {
+            disturbing.push(format!("((address >= {first}) & (address <= {last}))"));
         }
-        let control =
-            self._map.iter().find(|register| register.name == "control").map_or(0, |register| register.offset >> 2);
-        disturbing.push(format!("((address == 6'd{control}) & (writedata[1] ^ control_automatic))"));
+        disturbing.push("((address == AT_CONTROL) & (writedata[1] ^ control_automatic))".into());
         Verilog::Custom(format!(
             "// module: csr
+// Addresses in words.
+{addresses}
 {declarations}
 // A write to a register of the set withdraws the commit.
 wire disturbs = write & ({});
@@ -365,11 +366,12 @@ always @(*) begin
   committed = commit_pending;
   width  = commit_pending ? size_width : taken_width;
   height = commit_pending ? size_height : taken_height;
-  bank   = {{record_limit_count, 15'd0, control_automatic, target_count, {},
+  bank   = {{record_limit_count, 15'd0, control_automatic, target_count,
+            {},
             {}}};
 end
 ",
-            disturbing.join(" | "),
+            disturbing.join("\n  | "),
             (0..SCALE_PAIRS)
                 .rev()
                 .filter_map(|k| self.manual_threshold(k))
@@ -379,6 +381,27 @@ end
             coefficients.join(",\n            ")
         ))
     }
+}
+
+/// A list with commas, in lines of a readable length.
+fn list(parts: &[String]) -> String {
+    let (mut text, mut room) = (String::new(), 80usize);
+    for (i, part) in parts.iter().enumerate() {
+        let separator = match room.checked_sub(part.len() + 2) {
+            _ if i == 0 => "",
+            Some(_) => ", ",
+            None => ",\n        ",
+        };
+        room = if separator.ends_with("  ") { 100 } else { room }.saturating_sub(part.len() + 2);
+        text += separator;
+        text += part;
+    }
+    text
+}
+
+/// The name of a register's address.
+fn address_name(register: &Register) -> String {
+    format!("AT_{}", register.name.to_uppercase())
 }
 
 /// The event that sets a status field.

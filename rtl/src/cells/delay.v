@@ -34,8 +34,8 @@ generate
     localparam ADDRESS_BITS = $clog2(WORDS);
     localparam LAST = WORDS - 1;
 
-    // Without the attribute Quartus leaves memories of some hundred bits in registers. A word is read and overwritten at
-    // one address in one clock and the read needs the old one, so `no_rw_check` must not stand beside it.
+    // Without the attribute Quartus leaves memories of some hundred bits in registers. A word is read and overwritten
+    // at one address in one clock and the read needs the old one, so `no_rw_check` must not stand beside it.
     (* ramstyle = "MLAB" *) reg [BITS-1:0] memory [0:WORDS-1];
     reg [ADDRESS_BITS-1:0] position;
     reg [BITS-1:0] oldest;

@@ -1,5 +1,5 @@
-// y[n] = x[n - k W] for each k of which bit k - 1 of TAPS is set, the newest lowest: ROWS rows of a column are one memory
-// word, read, shifted by one row and written back.
+// y[n] = x[n - k W] for each k of which bit k - 1 of TAPS is set, the newest lowest: ROWS rows of a column are one
+// memory word, read, shifted by one row and written back.
 // The address counts steps modulo W, so a frame may begin at any address. Only samples that the frame itself wrote are
 // used.
 // Latency: 1 to ROWS lines.

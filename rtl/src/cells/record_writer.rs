@@ -213,8 +213,8 @@ wire [31:0]  position = {ROW_PAD, now[POSITION_BITS-1:COLUMN_BITS], COLUMN_PAD, 
 wire [31:0]  response = {FLAGS, DOG_PAD, centre[DOG_BITS-1:0]};
 wire [63:0]  cardinal = {DOG_PAD, neighbours[4*DOG_BITS-1:3*DOG_BITS], DOG_PAD, neighbours[3*DOG_BITS-1:2*DOG_BITS],
                          DOG_PAD, neighbours[2*DOG_BITS-1:DOG_BITS], DOG_PAD, neighbours[DOG_BITS-1:0]};
-wire [RECORD_TOP:0] trailer_record = {RESERVED, 12'd0, withheld, NO_THRESHOLDS, THRESHOLDS, 12'd0, dropped,
-                        12'd0, count, LAYOUT, 12'd0, errors, frames};
+wire [RECORD_TOP:0] trailer_record = {RESERVED, 12'd0, withheld, NO_THRESHOLDS, THRESHOLDS,
+                        12'd0, dropped, 12'd0, count, LAYOUT, 12'd0, errors, frames};
 
 always @(posedge clock)
   if (reset) begin

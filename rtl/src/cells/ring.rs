@@ -112,7 +112,8 @@ impl<const IN: usize> Logic for RingTaps<IN> {
             }
         }
         wires.reverse();
-        Verilog::Custom(format!("{text}\nalways @(*)\n  points = {{{}}};\n", wires.join(", ")))
+        let lines: Vec<String> = wires.chunks(8).map(|eight| eight.join(", ")).collect();
+        Verilog::Custom(format!("{text}\nalways @(*)\n  points = {{\n    {}\n  }};\n", lines.join(",\n    ")))
     }
 }
 

@@ -14,7 +14,7 @@
 use hoverlock_design::DesignPoint;
 use hoverlock_registers::record::record_words;
 
-use super::{File, banner};
+use super::{File, banner, verilog_file};
 use crate::design::MAX_HEIGHT;
 
 /// Bytes of a beat of the feature stream.
@@ -73,9 +73,8 @@ impl Streams {
         let bytes: Vec<String> = (0..8).map(|byte| format!("word[{}:{}]", 8 * byte + 7, 8 * byte)).collect();
         let (low, high) = (bytes[..4].join(", "), bytes[4..].join(", "));
         let order = format!("{{{low},\n                       {high}}}");
-        banner("//")
-            + &format!(
-                "
+        verilog_file(&format!(
+            "\
 // The top of the Platform Designer component: hoverlock_top with streams of 8-bit symbols, the first in the highest
 // bits, as a DMA master has them. It puts the symbols of a beat into memory in their order.
 //   video     {pixel_text}
@@ -149,7 +148,7 @@ hoverlock_top top (
 
 endmodule
 "
-            )
+        ))
     }
 
     /// A pixel from its two bytes.

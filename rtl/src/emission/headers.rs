@@ -119,8 +119,8 @@ one clock from `csr_read` to read data.",
   frame_bank  the committed set as captured by the frame that enters
   extractor   pixels to records
   fifo        <RECORD_FIFO> records
-`advance` is the clock enable of the whole datapath. A step is a clock edge with `advance` high; latencies are in steps
-and lines of W steps.
+`advance` is the clock enable of the whole datapath. A step is a clock edge with `advance` high; latencies are in
+steps and lines of W steps.
 Latency: 2 clocks in the sequencer, <LINES+18> lines and <STEPS+26> steps in the extractor, 3 clocks in the FIFO.",
     ),
     (
@@ -218,7 +218,7 @@ Latency: none; the counter is a register.",
     (
         "tail_counter",
         "Counts the lines n after the last row of a frame. A row that is used k lines late beside one K lines late is
-outside the frame for k < n <= K: three rows for each look-ahead of a smoother, then the arriving row of each stage j.
+outside the frame for k < n <= K: three rows for each look-ahead of a smoother, then the arriving row of each stage.
 Latency: none; the counters are registers.",
     ),
     (
@@ -286,8 +286,8 @@ the target N. F = <FLOOR>; bins of maxima of at least F, eight an octave, count 
   W   where the sum of the bins, from the highest down, reaches N: 0 to 3 quarters of that bin above its edge, as
       the surplus is below 1/4, 1/2, 3/4 of its count or not; F where it never does
   D   T - (T >> 6) where eight times the sum of all bins is below N, else T >> 3
-`enters` starts the sum, one bin a step, and clears the bins. `start` sets T. The first automatic frame uses the manual
-threshold.
+`enters` starts the sum, one bin a step, and clears the bins. `start` sets T. The first automatic frame uses the
+manual threshold.
 Latency: 1 step from `start`; at least 86 steps from `enters` to `start`, without a maximum.",
     ),
     (
@@ -339,21 +339,21 @@ its last pixel.
   IDLE   waits for a start of packet and drops other beats; steps without pixels drain the pipeline, 96 lines at most
   FRAME  one step per beat, until the last pixel
   PAD    one step per clock, until the last pixel
-A frame of the same size begins at once, one of another size when the pipeline has drained. A skid buffer of two beats
-makes `ready` registered.
+A frame of the same size begins at once, one of another size when the pipeline has drained. A skid buffer of two
+beats makes `ready` registered.
 Latency: 2 clocks from a beat to its step.",
     ),
     (
         "csr",
         "The registers of registers/REGISTERS.md behind an Avalon-MM slave without wait states. Status bits are set by
-hardware and cleared by writing 1; if both happen in one clock the bit stays set. A software reset clears the pipeline
-for one clock and leaves the registers.
+hardware and cleared by writing 1; if both happen in one clock the bit stays set. A software reset clears the
+pipeline for one clock and leaves the registers.
 `committed`: the registers are a complete set for the next frame that begins; a write to one of them withdraws it.
 Latency: 1 clock from `read` to `readdata`.",
     ),
     (
         "bank",
-        "The register values of a frame, 16 bits each from the lowest: <COEFFICIENTS> coefficients, \
+        "The register values of a frame, 16 bits each from the lowest: <COEFFICIENTS> coefficients,
 <THRESHOLDS>, target, mode, record limit.
 Latency: 1 clock from `load`.",
     ),

@@ -108,7 +108,7 @@ pub fn files() -> Result<Vec<File>, EmitError> {
         let comment = if family(&module.name).is_some() { String::new() } else { header(&module.name) };
         files.push(File {
             path: format!("verilog/{}.v", module.name),
-            text: format!("{}\n{comment}{}", banner("//"), module.text),
+            text: verilog_file(&format!("{comment}{}", module.text)),
         });
     }
     // rust-hdl prints a module after those it is made of.
@@ -189,6 +189,11 @@ fn hash(modules: &[Module]) -> u32 {
     let mut digest = Sha256::new();
     modules.iter().for_each(|module| digest.update(module.text.as_bytes()));
     digest.finalize().iter().take(4).fold(0, |hash, byte| hash << 8 | u32::from(*byte))
+}
+
+/// A module as a file: a name that is not declared is an error in it, and not a wire.
+fn verilog_file(module: &str) -> String {
+    format!("{}\n`default_nettype none\n\n{module}\n`default_nettype wire\n", banner("//"))
 }
 
 fn banner(comment: &str) -> String {
