@@ -116,57 +116,57 @@ const FAULTS: &[Fault] = &[
     ),
     (
         "csr",
-        "status_begun <= «(status_begun & ~(write & (address == 6'd4) & writedata[7])) \
+        "status_begun <= «(status_begun & ~(write & (address == AT_STATUS) & writedata[7]))\n      \
          | (~clear_now & begun)»;",
-        "(status_begun | (~clear_now & begun)) & ~(write & (address == 6'd4) & writedata[7])",
+        "(status_begun | (~clear_now & begun)) & ~(write & (address == AT_STATUS) & writedata[7])",
         "cleared",
     ),
     (
         "csr",
-        "status_saturated <= «(status_saturated & ~(write & (address == 6'd4) & writedata[6])) \
+        "status_saturated <= «(status_saturated & ~(write & (address == AT_STATUS) & writedata[6]))\n      \
          | (~clear_now & saturated)»;",
-        "(status_saturated | (~clear_now & saturated)) & ~(write & (address == 6'd4) & writedata[6])",
+        "(status_saturated | (~clear_now & saturated)) & ~(write & (address == AT_STATUS) & writedata[6])",
         "cleared",
     ),
     (
         "csr",
-        "status_refused <= «(status_refused & ~(write & (address == 6'd4) & writedata[4])) \
+        "status_refused <= «(status_refused & ~(write & (address == AT_STATUS) & writedata[4]))\n      \
          | (~clear_now & errors[3])»;",
-        "(status_refused | (~clear_now & errors[3])) & ~(write & (address == 6'd4) & writedata[4])",
+        "(status_refused | (~clear_now & errors[3])) & ~(write & (address == AT_STATUS) & writedata[4])",
         "cleared",
     ),
     (
         "csr",
-        "status_interrupted <= «(status_interrupted & ~(write & (address == 6'd4) & writedata[3])) \
+        "status_interrupted <= «(status_interrupted & ~(write & (address == AT_STATUS) & writedata[3]))\n      \
          | (~clear_now & errors[2])»;",
-        "(status_interrupted | (~clear_now & errors[2])) & ~(write & (address == 6'd4) & writedata[3])",
+        "(status_interrupted | (~clear_now & errors[2])) & ~(write & (address == AT_STATUS) & writedata[3])",
         "cleared",
     ),
     (
         "csr",
-        "status_long_frame <= «(status_long_frame & ~(write & (address == 6'd4) & writedata[2])) \
+        "status_long_frame <= «(status_long_frame & ~(write & (address == AT_STATUS) & writedata[2]))\n      \
          | (~clear_now & errors[1])»;",
-        "(status_long_frame | (~clear_now & errors[1])) & ~(write & (address == 6'd4) & writedata[2])",
+        "(status_long_frame | (~clear_now & errors[1])) & ~(write & (address == AT_STATUS) & writedata[2])",
         "cleared",
     ),
     (
         "csr",
-        "status_short_frame <= «(status_short_frame & ~(write & (address == 6'd4) & writedata[1])) \
+        "status_short_frame <= «(status_short_frame & ~(write & (address == AT_STATUS) & writedata[1]))\n      \
          | (~clear_now & errors[0])»;",
-        "(status_short_frame | (~clear_now & errors[0])) & ~(write & (address == 6'd4) & writedata[1])",
+        "(status_short_frame | (~clear_now & errors[0])) & ~(write & (address == AT_STATUS) & writedata[1])",
         "cleared",
     ),
     (
         "csr",
-        "status_frame <= «(status_frame & ~(write & (address == 6'd4) & writedata[0])) \
+        "status_frame <= «(status_frame & ~(write & (address == AT_STATUS) & writedata[0]))\n      \
          | (~clear_now & done)»;",
-        "(status_frame | (~clear_now & done)) & ~(write & (address == 6'd4) & writedata[0])",
+        "(status_frame | (~clear_now & done)) & ~(write & (address == AT_STATUS) & writedata[0])",
         "cleared",
     ),
     (
         "csr",
-        "writedata[5])) | («~clear_now & done»",
-        "~clear_now & done & ~(write & (address == 6'd4) & writedata[5])",
+        "writedata[5]))\n      | («~clear_now & done»",
+        "~clear_now & done & ~(write & (address == AT_STATUS) & writedata[5])",
         "cleared",
     ),
     ("address_counter", "if («{1'b0, address} > last»)", "1'b0", "narrower"),
@@ -175,7 +175,7 @@ const FAULTS: &[Fault] = &[
     ("sequencer", "kept   <= («kept_out» ?", "kept_out & ~keep", "tags"),
     ("sequencer", "own_now} << («frames_left == 3'd1» ?", "frames == 3'd1", "tags"),
     ("sequencer", "wire short_frame = («begins & is_end»)", "1'b0", "faults"),
-    ("csr", "(write & (address == 6'd12) & «writedata[0]»);", "1'b1", "registers"),
+    ("csr", "(write & (address == AT_COMMIT) & «writedata[0]»);", "1'b1", "registers"),
     ("csr", "dropped_count <= «dropped»;", "count", "one drop"),
     ("csr", "15'd0, «control_automatic», target_count", "1'b0", "automatic"),
     ("csr", "    «taken_width <= 11'd0;\n    taken_height <= 12'd0;»", "", "forgotten"),
@@ -228,22 +228,17 @@ const FAULTS_OF_THREE_SCALES: &[Fault] = &[
     ("extractor", ".threshold_2(«controller_2_threshold»),\n  .room", "controller_1_threshold", "frames"),
     ("csr", "threshold_2_coarsest <= «14'd1024»;", "14'd1023", "registers"),
     ("csr", "threshold_2_coarsest <= «writedata[13:0]»;", "{1'b0, writedata[12:0]}", "registers"),
-    ("csr", "6'd13: readdata <= {18'd0, «threshold_2_coarsest»};", "threshold_coarse", "registers"),
-    ("csr", "6'd14: readdata <= {18'd0, «threshold_now_2_coarsest»};", "14'd0", "status"),
-    (
-        "csr",
-        "bank   = {record_limit_count, 15'd0, control_automatic, target_count, 2'd0, «threshold_2_coarsest»",
-        "threshold_coarse",
-        "frames",
-    ),
-    ("csr", "| («address == 6'd13») | (address == 6'd15)", "1'b0", "commit"),
-    ("csr", "(address >= 6'd16) & («address <= 6'd39»)", "address <= 6'd38", "commit"),
+    ("csr", "AT_THRESHOLD_2: readdata <= {18'd0, «threshold_2_coarsest»};", "threshold_coarse", "registers"),
+    ("csr", "AT_THRESHOLD_NOW_2: readdata <= {18'd0, «threshold_now_2_coarsest»};", "14'd0", "status"),
+    ("csr", "control_automatic, target_count,\n            2'd0, «threshold_2_coarsest»", "threshold_coarse", "frames"),
+    ("csr", "| («address == AT_THRESHOLD_2»)\n  | (address == AT_RECORD_LIMIT)", "1'b0", "commit"),
+    ("csr", "(address >= AT_NARROW_G) & («address <= AT_WIDEST_G5»)", "address <= AT_WIDEST_G4", "commit"),
     ("csr", "            «widest_g5_value»,\n            widest_g4_value,", "widest_g4_value", "frames"),
     ("csr", "widest_g_value <= «16'd11450»;", "16'd11451", "registers"),
     ("csr", "dropped_count <= «dropped»;", "count", "one drop"),
     (
         "csr",
-        "status_refused <= «(status_refused & ~(write & (address == 6'd4) & writedata[4])) \
+        "status_refused <= «(status_refused & ~(write & (address == AT_STATUS) & writedata[4]))\n      \
          | (~clear_now & errors[3])»;",
         "(~clear_now & errors[3])",
         "strays",
