@@ -211,6 +211,18 @@ fn warnings_are_told_and_may_be_made_errors() {
 }
 
 #[test]
+fn warnings_of_a_newer_verilator_may_be_turned_off() {
+    let place = Place::new();
+    let text = "/* verilator lint_off LATERA */ // verilator lint_off LATERB\n".to_owned() + CONSTANT;
+    let build = place.build("constant", &text).verilator_flag("-Wno-LATERC").verilator_flag("-Wno-LATERD");
+    assert_eq!(value(&build), 1);
+    let warnings = build.compile().unwrap().warnings().to_vec();
+    assert!(warnings.iter().any(|w| w.message.ends_with("LATERA, LATERB, LATERC, LATERD")), "{warnings:?}");
+    let wrong = build.verilator_flag("-Werror-LATERE").compile().unwrap_err().to_string();
+    assert!(wrong.contains("-Werror-LATERE"), "{wrong}");
+}
+
+#[test]
 fn wrong_names_are_answered_with_the_nearest() {
     let place = Place::new();
     let build = place.build("constant", CONSTANT);

@@ -23,6 +23,18 @@ fn ports_tell_width_direction_and_sign() {
 }
 
 #[test]
+fn a_design_may_have_no_signals() {
+    let mut sim = sim(build("empty"));
+    assert!(sim.dut().signals().is_empty());
+    let dut = sim.dut();
+    run(&mut sim, async {
+        dut.timer(Time::ns(5)).await;
+        assert_eq!(dut.now(), Time::ns(5));
+        Ok(())
+    });
+}
+
+#[test]
 fn wide_values_are_read_and_written_whole() {
     let mut sim = sim(build("wide"));
     let dut = sim.dut();

@@ -11,6 +11,7 @@ use super::hierarchy::{self, Hierarchy, PortDirection, Variable};
 use super::ports::ports;
 use super::tool::{self, Verilator, Version};
 use super::unity::Overrides;
+use super::unknown_warnings::UnknownWarnings;
 use super::{Build, Initial, Record, Trace, diagnostic, modules_in};
 use crate::engine::error::{BuildError, nearest};
 
@@ -138,15 +139,23 @@ impl BuildJob<'_> {
         })
     }
 
+    /// Runs Verilator; once more where it does not have a warning that is turned off.
     fn verilator_command(&self, arguments: &[&str]) -> Result<std::process::Output, BuildError> {
-        let mut command = Command::new(&self.verilator.path);
-        command.current_dir(self.folder).args(arguments);
-        command.args(self.build.verilator_arguments(self.sources, self.includes));
-        // Verilator replaces `$name` in a path by the variable's value: here by a value that leaves the path unchanged.
-        for path in self.sources.iter().chain(self.includes) {
-            command.envs(variables_in(&path.to_string_lossy()));
+        let mut unknown = UnknownWarnings::default();
+        loop {
+            let mut command = Command::new(&self.verilator.path);
+            command.current_dir(self.folder).args(arguments);
+            command.args(unknown.ignored_in(self.build.verilator_arguments(self.sources, self.includes)));
+            // Verilator replaces `$name` in a path by a value: here by one that leaves the path unchanged.
+            for path in self.sources.iter().chain(self.includes) {
+                command.envs(variables_in(&path.to_string_lossy()));
+            }
+            let mut output = tool::run(&mut command)?;
+            if output.status.success() || !unknown.add_from(&String::from_utf8_lossy(&output.stderr)) {
+                output.stderr.extend(unknown.line().bytes());
+                return Ok(output);
+            }
         }
-        tool::run(&mut command)
     }
 
     fn read_hierarchy(&self, version: &Version) -> Result<Hierarchy, BuildError> {

@@ -28,6 +28,7 @@ mod runtime;
 mod tool;
 mod trial;
 mod unity;
+mod unknown_warnings;
 
 pub(crate) use unity::INTERFACE;
 

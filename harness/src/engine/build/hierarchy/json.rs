@@ -190,9 +190,12 @@ pub fn parse(json: &str, top: &str) -> Result<Hierarchy, BuildError> {
     let unexpected = |reason: String| BuildError::Unexpected { what: "JSON", reason };
     let root: Value = serde_json::from_str(json).map_err(|error| unexpected(error.to_string()))?;
     let mut design = Design::default();
-    for node in list(&root, "miscsp").iter().filter(|node| text(node, "type") == "TYPETABLE") {
-        list(node, "typesp").iter().for_each(|of| add_type(of, &mut design));
+    let mut tables = list(&root, "miscsp").iter().filter(|node| text(node, "type") == "TYPETABLE").peekable();
+    // It is empty if the design has no variables.
+    if tables.peek().is_none() {
+        return Err(unexpected("it has no table of types".into()));
     }
+    tables.for_each(|table| list(table, "typesp").iter().for_each(|of| add_type(of, &mut design)));
     let is_module = |node: &&Value| matches!(text(node, "type"), "MODULE" | "IFACE");
     for node in list(&root, "modulesp").iter().filter(is_module) {
         let mut module = Module { original: text(node, "origName").to_owned(), ..Module::default() };
@@ -202,9 +205,6 @@ pub fn parse(json: &str, top: &str) -> Result<Hierarchy, BuildError> {
             design.top = Some((top.to_owned(), address.clone()));
         }
         design.modules.insert(address, module);
-    }
-    if design.types.types.is_empty() {
-        return Err(unexpected("it has no table of types".into()));
     }
     design.expand("JSON")
 }
@@ -268,6 +268,13 @@ mod tests {
         assert_eq!(part.steps, [Step::Member("x".into())]);
         assert_eq!(found.constants[0], ("W".to_owned(), Constant::Number(8)));
         assert_eq!(found.constants[1], ("S".to_owned(), Constant::Text("a b".to_owned())));
+    }
+
+    #[test]
+    fn a_top_may_have_no_variables() {
+        let empty = r#"{"modulesp":[{"type":"MODULE","addr":"(E)","origName":"t","stmtsp":[]}],
+          "miscsp":[{"type":"TYPETABLE","typesp":[{"type":"VOIDDTYPE","addr":"(F)"}]}]}"#;
+        assert!(parse(empty, "t").unwrap().variables.is_empty());
     }
 
     #[test]
