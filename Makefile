@@ -148,10 +148,10 @@ bench-accuracy: setup
 	    target/accuracy $(GROUND)
 
 ## speed of the harness beside cocotb and the plain C++ loop
-# cocotb 1.9 on Verilator, cocotb 2 on Icarus and on Verilator 5.048. The outputs are compared.
-bench-harness:
+# The wheel, as users install it; cocotb 1.9 on Verilator, cocotb 2 on Icarus and on Verilator 5.048. The outputs are compared.
+bench-harness: wheel
 	@setup/bootstrap.sh iverilog
-	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --profile wheel --quiet --locked --manifest-path harness/python/Cargo.toml
+	$(PYTHON) -m pip install --quiet --force-reinstall --no-deps "$$(ls -t out/wheels/hoverlock-*.whl | head -n 1)"
 	$(PYTHON) harness/benches/against_cocotb/run.py --runs 5 --record
 
 ## build the flight program for the ARM Cortex-A9, one static file

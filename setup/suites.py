@@ -81,6 +81,7 @@ REASONS = {
     r"the C\+\+ compiler failed on the generated model": "Verilator generates C++ that does not compile once all signals can be forced",
     r"DID NOT WARN|IndexingChangedWarning|indexing_warning": "a deprecation warning that is not given",
     r"has no 'packages'": "signals of SystemVerilog packages",
+    r"'STRING_CONST' of '\w+' cannot be accessed": "a `const`, of which Verilator's JSON has no type",
     r"belongs to a simulation that has ended|test_set_at_end_of_test_check|test_sys_exit_sim_continued|This test should never run":
         "each test has a model of its own",
     r"no event can come any more|region did not converge": "delays in the Verilog",
