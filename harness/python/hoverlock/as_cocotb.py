@@ -137,7 +137,7 @@ def install(version: str | None = None) -> None:
         raise ValueError(f"no version '{asked}' of cocotb's names: {' or '.join(VERSIONS)}")
     import logging
 
-    from . import _core, cocotb, deprecated, unknown, writes
+    from . import _core, cocotb, deprecated, hierarchy, unknown, writes
 
     for name in (*_NAMES, _STARTER):
         loaded = sys.modules.get(name)
@@ -157,6 +157,7 @@ def install(version: str | None = None) -> None:
     _core.count_bits_from_left(asked == "1.9")
     deprecated.switch(asked != "1.9")
     writes.set_deposits_on_outputs(True)
+    hierarchy.lists_hidden = True
     resolve = os.environ.get("COCOTB_RESOLVE_X", "ZEROS").upper()
     if resolve not in _UNKNOWN:
         raise ValueError(f"COCOTB_RESOLVE_X={resolve}: {', '.join(_UNKNOWN)}")

@@ -18,6 +18,10 @@ hidden_asked_for: list[str] = []
 """The internal signals that benches asked for although the model does not give access to them, also those of a `hasattr`. The
 runner clears it."""
 
+lists_hidden = False
+"""Whether `dir` of the top lists internal signals that are not accessible. The alias for cocotb sets it: packages look there for
+the signals of a bus, and the runner needs to know that they want one."""
+
 
 class Constant:
     """A parameter of the design; its value is an integer, a `float` or a string.
@@ -77,6 +81,8 @@ class TypedHierarchy(HierarchyBase):
     _below: str
     _simulation: Simulation
     _children: dict[str, Any]
+    # Signals that the model does not make accessible, where `dir` lists them; known only for the top.
+    _hidden: tuple[str, ...] = ()
     _type = "GPI_MODULE"
     # Name of the module; known only for the top.
     _def_name = ""
@@ -129,7 +135,7 @@ class TypedHierarchy(HierarchyBase):
         return len(self._children)
 
     def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *self._children]
+        return [*super().__dir__(), *self._children, *self._hidden]
 
     def __repr__(self) -> str:
         return f"<Hierarchy {self._below or self._name}>"
@@ -156,8 +162,11 @@ class Hierarchy(TypedHierarchy):
 _STEP = re.compile(r"[^.\[\]$]+")
 
 
-def build(top: str, simulation: Simulation, constants: Iterable[tuple[str, int | str]] = ()) -> Hierarchy:
-    """Builds the tree of a simulation's handles. A port named ``video$data`` is also ``video.data``."""
+def build(
+    top: str, simulation: Simulation, constants: Iterable[tuple[str, int | str]] = (), names: Iterable[str] = ()
+) -> Hierarchy:
+    """Builds the tree of a simulation's handles. A port named ``video$data`` is also ``video.data``. `dir` of the top lists
+    those of ``names`` too that are in it, accessible or not."""
     root = Hierarchy(top, "", simulation, top)
     root.__dict__["_def_name"] = top
     for name, handle in simulation.handles():
@@ -167,6 +176,7 @@ def build(top: str, simulation: Simulation, constants: Iterable[tuple[str, int |
         # Parameters of instances without accessible signals are left out: the instance would have no other child.
         if name.rpartition(".")[0] in instances:
             _place(root, name, Constant(name, value), simulation)
+    root.__dict__["_hidden"] = tuple(name for name in names if "." not in name and name not in root)
     return root
 
 

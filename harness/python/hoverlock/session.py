@@ -307,7 +307,8 @@ def _instance(design: Design, seed: int) -> tuple[_core.Simulation, hierarchy.Hi
         edges_after_eval=design.edges_after_eval,
         deposits_on_outputs=writes.deposits_on_outputs(),
     )
-    return simulation, hierarchy.build(library.top, simulation, library.constants)
+    names = library.names if hierarchy.lists_hidden else ()
+    return simulation, hierarchy.build(library.top, simulation, library.constants, names)
 
 
 def simulate(

@@ -47,6 +47,12 @@ impl Library {
         self.library.constants().iter().map(|(name, constant)| Ok((name.clone(), value(constant)?))).collect()
     }
 
+    /// Names of all variables below the top module, accessible or not.
+    #[getter]
+    fn names(&self) -> Vec<String> {
+        self.library.names().to_vec()
+    }
+
     fn __repr__(&self) -> String {
         format!("<Library {}>", self.library.top())
     }

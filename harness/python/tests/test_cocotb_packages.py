@@ -53,6 +53,38 @@ def test_packages_run_unchanged_in_pytest(tmp_path):
     assert done.returncode == 0 and "5 passed" in done.stdout, done.stdout + done.stderr
 
 
+@needs_packages
+def test_a_bus_of_internal_signals_is_found(tmp_path):
+    (tmp_path / "inner.v").write_text(textwrap.dedent("""
+        module inner (input wire [7:0] in, output wire out);
+            wire [7:0] status_length = in + 1;
+            wire status_VALID = in[0];
+            assign out = status_VALID;
+        endmodule
+    """))
+    (tmp_path / "bench.py").write_text(textwrap.dedent("""
+        import cocotb
+        from cocotb.triggers import Timer
+        from cocotb_bus.bus import Bus
+
+        @cocotb.test()
+        async def looks_inside(dut):
+            bus = Bus(dut, "status", ["valid"], ["length", "error"])
+            dut._id("in", extended=False).value = 5
+            await Timer(1, "ns")
+            assert bus.valid.value == 1 and bus.length.value == 6 and not hasattr(bus, "error")
+
+        @cocotb.test()
+        async def looks_at_ports(dut):
+            assert not hasattr(dut, "error") and {"in", "out"} <= set(dir(dut))
+    """))
+    options = ("--hoverlock-source", "inner.v", "--hoverlock-top", "inner")
+    done = run(tmp_path, "hoverlock", "--as-cocotb", "bench.py", *options)
+    assert done.returncode == 0 and "2 passed" in done.stdout and "all tests run again" in done.stderr, done.stdout + done.stderr
+    done = run(tmp_path, "hoverlock", "--as-cocotb", "bench.py", *options, "--test", "looks_at_ports")
+    assert "1 passed" in done.stdout and "run again" not in done.stderr, done.stdout + done.stderr
+
+
 def test_without_the_alias_cocotb_is_what_is_installed(tmp_path):
     (tmp_path / "cocotb.py").write_text("__version__ = 'the real one'\n")
     said = "import hoverlock, cocotb; print(cocotb.__version__, cocotb.__file__ == %r)" % str(tmp_path / "cocotb.py")

@@ -123,6 +123,11 @@ impl Library {
         &self.0.record.constants
     }
 
+    /// Returns the names of all variables below the top module, whether the model makes them accessible or not.
+    pub fn names(&self) -> &[String] {
+        &self.0.record.names
+    }
+
     /// Returns the format of the wave files that the model was built to write.
     pub fn trace(&self) -> Trace {
         self.0.record.trace
