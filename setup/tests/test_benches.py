@@ -36,6 +36,8 @@ def test_the_bench_against_cocotb():
                                              "after an edit of the Verilog")}
     values = run.entries(speed, others, started)
     assert values["harness.python.per_cycle"] == 2
+    assert run.installed_from('{"archive_info": {}, "url": "file:///a/hoverlock-0.1.0-cp311-cp311-linux_x86_64.whl"}') == "the wheel of `make wheel`"
+    assert run.installed_from('{"dir_info": {}, "url": "file:///a"}') == run.installed_from(None) == "a build for development"
     assert_complete(values, "harness.python", "harness.python_newer", "harness.start",
                     without=("harness.start.import_without_bytecode", "harness.start.cached_test_without_bytecode",
                              "harness.start.cached_model"))

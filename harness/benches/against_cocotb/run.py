@@ -3,8 +3,8 @@
 
     python harness/benches/against_cocotb/run.py [--runs 5] [--json FILE] [--record]
 
-Run it with the Python that has `hoverlock` installed, built with optimisation. The rivals are installed into venvs in a cache
-folder, once. All benches are one source (`benches.py`), and what they saw must be equal; on the Hoverlock top that is every
+Run it with the Python that has `hoverlock` installed, built with optimisation; `make bench-harness` installs the wheel. The
+rivals are installed into venvs in a cache folder, once. All benches are one source (`benches.py`), and what they saw must be equal; on the Hoverlock top that is every
 record and trailer. Times are CPU times; each number is the median of the runs, and the rivals take turns, so that a busy machine
 meets all alike. The ways without Python follow, from `cargo bench -p hoverlock-harness`. `--record` stores the numbers in
 `docs/results.json`.
@@ -21,6 +21,7 @@ import sys
 import tempfile
 import time
 import zlib
+from importlib import metadata
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -271,6 +272,13 @@ def entries(speed: dict, others: dict, started: dict) -> dict[str, float]:
         values[f"harness.start.{key}"] = round(started[name][at])
     return values
 
+
+def installed_from(direct_url: str | None) -> str:
+    """Returns what `hoverlock` was installed from, by the record that pip keeps of it."""
+    url = json.loads(direct_url or "{}").get("url", "")
+    return "the wheel of `make wheel`" if url.endswith(".whl") else "a build for development"
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runs", type=int, default=5)
@@ -360,7 +368,9 @@ def main() -> None:
         sys.exit(rust.returncode)
     if chosen.record:
         verilator = " ".join(subprocess.run(["verilator", "--version"], capture_output=True, text=True).stdout.split()[:2])
-        machine = f"medians of {chosen.runs} by turns at a load of {others['load'][1]:.0f} on {os.cpu_count()} cores"
+        direct_url = metadata.distribution("hoverlock").read_text("direct_url.json")
+        machine = (f"{installed_from(direct_url)}; medians of {chosen.runs} by turns at a load of {others['load'][1]:.0f} on "
+                   f"{os.cpu_count()} cores")
         versions = {"harness.python.": f"{machine}; {verilator}, cocotb 1.9.2 on it, cocotb 2.1 on Icarus with its native clock",
                     "harness.python_newer.": f"{machine}; both on Verilator 5.048, cocotb 2.1 with its native clock",
                     "harness.start.": machine}
