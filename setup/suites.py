@@ -18,11 +18,13 @@ import argparse
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
 import tarfile
 import tempfile
-from collections import Counter
+import threading
+from collections import Counter, deque
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -32,7 +34,8 @@ import results
 
 ROOT = Path(__file__).resolve().parent.parent
 ARCHIVES = Path(os.environ.get("HOVERLOCK_SUITES", ROOT.parent / "shared/suites"))
-TIMEOUT_S = {"make": 900, "pytest": 7200}
+TIMEOUT_S = {"make": 600, "pytest": 7200}
+KEPT_LINES = 100_000  # of what a run prints: a bench that never ends may print gigabytes
 JOBS = 2
 
 
@@ -245,15 +248,24 @@ def run_makefile(folder: Path, arguments: list[str], environment: dict[str, str]
     return count_results(folder, folder / "results.xml", *done)
 
 
-def output_of(command: list[str], folder: Path, environment: dict[str, str], limit_s: int) -> tuple[str, int]:
-    """Returns what a command prints, and its status: 1 after a time limit."""
-    try:
-        done = subprocess.run(
-            command, cwd=folder, env=environment, capture_output=True, text=True, errors="replace", timeout=limit_s,
-        )  # fmt: skip
-    except subprocess.TimeoutExpired:
-        return f"ended after {limit_s} s", 1
-    return done.stdout + done.stderr, done.returncode
+def output_of(command: list[str], folder: Path, environment: dict[str, str], limit_s: float) -> tuple[str, int]:
+    """Returns the last lines that a command prints, and its status: 1 after a time limit, which ends its children too."""
+    process = subprocess.Popen(
+        command, cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        errors="replace", start_new_session=True,
+    )  # fmt: skip
+    ended = threading.Event()
+
+    def end() -> None:
+        ended.set()
+        os.killpg(process.pid, signal.SIGKILL)
+
+    timer = threading.Timer(limit_s, end)
+    timer.start()
+    lines = deque(process.stdout or [], maxlen=KEPT_LINES)
+    status = process.wait()
+    timer.cancel()
+    return (f"ended after {limit_s} s", 1) if ended.is_set() else ("".join(lines), status)
 
 
 def count_results(folder: Path, written: Path, text: str, status: int) -> Count:

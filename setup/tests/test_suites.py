@@ -2,6 +2,7 @@
 
 import os
 import sys
+import time
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -32,6 +33,21 @@ def test_a_run_without_results_is_one_failure_with_the_reason_of_its_output(tmp_
     total.add(count)
     total.add(run(tmp_path, "cp given.xml results.xml; false"))
     assert str(total) == "1 passed, 3 failed, 1 skipped"
+
+
+def test_a_run_that_never_ends_is_ended_with_its_children(tmp_path):
+    (tmp_path / "Makefile").write_text("all:\n\tsleep 600 | yes & echo $$! >child; wait\n")
+    started = time.monotonic()
+    assert suites.output_of(["make"], tmp_path, dict(os.environ), 2) == ("ended after 2 s", 1)
+    assert time.monotonic() - started < 60 and suites.reason_of("ended after 2 s") == "ended by the time limit of this script"
+    # A process that was ended may be there until somebody has asked for its status.
+    state = Path(f"/proc/{(tmp_path / 'child').read_text().strip()}/stat")
+    assert not state.exists() or state.read_text().split()[2] == "Z"
+
+
+def test_of_a_long_output_the_last_lines_are_kept(tmp_path, monkeypatch):
+    monkeypatch.setattr(suites, "KEPT_LINES", 2)
+    assert suites.output_of(["seq", "5"], tmp_path, dict(os.environ), 60) == ("4\n5\n", 0)
 
 
 def test_keys_have_no_characters_that_expressions_use():
