@@ -70,10 +70,14 @@ SUITES = {
 FAST = ["cocotbext-uart", "cocotbext-i2c", "ttihp-verilog-template", "tinyqv-full-peripheral-template"]
 # The tests that pass at least, on every Verilator that the harness takes, by the way in which they are run.
 EXPECTED = {
-    "cocotbext-uart": {"make": 2}, "cocotbext-i2c": {"make": 1}, "ttihp-verilog-template": {"make": 1},
+    "cocotbext-uart": {"make": 2, "pytest": 1}, "cocotbext-i2c": {"make": 1, "pytest": 1}, "ttihp-verilog-template": {"make": 1},
     "tinyqv-full-peripheral-template": {"make": 1}, "forastero": {"make": 8}, "pyuvm": {"make": 23}, "cocotbext-eth": {"make": 75},
-    "cocotbext-axi": {"make": 53}, "cocotbext-spi": {"make": 148}, "cocotb-2.0.1": {"make": 241}, "verilog-axis": {"make": 260}, "verilog-axi": {"make": 404},
+    "cocotbext-axi": {"make": 53, "pytest": 13}, "cocotbext-spi": {"make": 148}, "cocotb-2.0.1": {"make": 256}, "verilog-axis": {"make": 297}, "verilog-axi": {"make": 439},
 }  # fmt: skip
+
+# Folders whose benches are not run, because they never end and take gigabytes of memory; each counts as one failure. In this one
+# cocotb 2.1 on Verilator 5.048 receives the same frame for ever too (`tid` 13); cocotb 1.9 on Icarus passes.
+ENDLESS = {"verilog-axis/tb/axis_frame_length_adjust_fifo": "never ends: the bench drives a wire that the design drives too"}
 
 # The reason of a failure by the first expression that its message and traceback, or the output of a run without results, have.
 REASONS = {
@@ -112,10 +116,10 @@ class Count:
     results: Counter[str] = field(default_factory=Counter)
     reasons: Counter[str] = field(default_factory=Counter)
 
-    def fail(self, message: str) -> None:
-        """Counts a failed test with the reason of its message."""
+    def fail(self, reason: str) -> None:
+        """Counts a failed test with its reason."""
         self.results["failed"] += 1
-        self.reasons[reason_of(message)] += 1
+        self.reasons[reason] += 1
 
     def add(self, other: "Count") -> None:
         """Adds the numbers of another count."""
@@ -203,15 +207,19 @@ def run_suite(name: str, run: Run, folder: Path, archives: Path) -> Count:
     if run.beside:
         environment["HOVERLOCK_AS_COCOTB"] = "1"
     total = Count()
+    endless = [folder / path for path in ENDLESS if path.startswith(f"{name}/")]
+    for place in endless:
+        total.fail(ENDLESS[str(place.relative_to(folder))])
     if run.flow == "pytest":
-        total.add(run_pytest(folder / name / suite.pytest, environment))
+        total.add(run_pytest(folder / name / suite.pytest, endless, environment))
     else:
-        makefiles = sorted({path for pattern in suite.makefiles for path in (folder / name).glob(pattern)})
+        found = {path for pattern in suite.makefiles for path in (folder / name).glob(pattern)}
+        makefiles = sorted(path for path in found if path.parent not in endless)
         with ThreadPoolExecutor(JOBS) as pool:
             counted = pool.map(lambda makefile: run_makefile(makefile.parent, suite.arguments, environment), makefiles)
-            for makefile, found in zip(makefiles, counted):
-                total.add(found)
-                print(f"{makefile.parent.relative_to(folder)}: {found}", flush=True)
+            for makefile, count in zip(makefiles, counted):
+                total.add(count)
+                print(f"{makefile.parent.relative_to(folder)}: {count}", flush=True)
     reasons = total.reasons_in_words()
     print(f"{name}: {total}{'; ' + reasons if reasons else ''}", flush=True)
     return total
@@ -235,10 +243,10 @@ def environment_of(packages: list[str], beside: bool, folder: Path) -> Path:
     return place
 
 
-def run_pytest(folder: Path, environment: dict[str, str]) -> Count:
-    """Runs pytest in a folder and counts its results."""
+def run_pytest(folder: Path, without: list[Path], environment: dict[str, str]) -> Count:
+    """Runs pytest in a folder, without some folders below it, and counts its results."""
     written = folder / "hoverlock-results.xml"
-    command = ["python", "-m", "pytest", "-q", "-n", str(JOBS), f"--junitxml={written}"]
+    command = ["python", "-m", "pytest", "-q", "-n", str(JOBS), f"--junitxml={written}", *(f"--ignore={path}" for path in without)]
     return count_results(folder, written, *output_of(command, folder, environment, TIMEOUT_S["pytest"]))
 
 
@@ -278,19 +286,19 @@ def count_results(folder: Path, written: Path, text: str, status: int) -> Count:
         return found
     if not written.is_file():
         print(f"  {folder.name}: {reason_of(text)}: {line_of_error(text)}")
-        found.fail(text)
+        found.fail(reason_of(text))
         return found
     for case in ElementTree.parse(written).iter("testcase"):
         failures = [*case.findall("failure"), *case.findall("error")]
         if failures and status:
             message = f"{failures[0].get('message') or ''}\n{failures[0].text or ''}"
-            found.fail(message)
+            found.fail(reason_of(message))
             print(f"  {folder.name}.{case.get('name')}: {reason_of(message)}: {message.strip().splitlines()[:1]}")
         else:
             found.results["passed" if case.find("skipped") is None else "skipped"] += 1
     if status and not found.results["failed"]:
         print(f"  {folder.name}: status {status}, and no failed test")
-        found.fail(f"status {status}")
+        found.fail(reason_of(f"status {status}"))
     return found
 
 

@@ -2,6 +2,7 @@
 
 import os
 import sys
+import tarfile
 import time
 from pathlib import Path
 
@@ -68,3 +69,17 @@ def test_a_makefile_that_ends_with_status_0_has_the_verdict_of_its_authors(tmp_p
     (tmp_path / "results.xml").unlink()
     assert str(run(tmp_path, "@echo 'Skipping test, as SIM is verilator'")) == "0 passed, 0 failed, 1 skipped"
     assert str(run(tmp_path, "@echo 'Failed as expected'")) == "1 passed, 0 failed, 0 skipped"
+
+
+def test_benches_that_never_end_count_as_failed_and_are_not_run(tmp_path, monkeypatch):
+    name = "ttihp-verilog-template"
+    with tarfile.open(tmp_path / f"{name}.tar.xz", "w:xz") as archive:
+        for folder in ("test", "test/endless"):
+            (tmp_path / name / folder).mkdir(parents=True)
+            (tmp_path / name / folder / "Makefile").write_text("all:\n\t@false\n" if "endless" in folder else "all:\n\t@true\n")
+        archive.add(tmp_path / name, arcname=name)
+    monkeypatch.setattr(suites, "environment_of", lambda *_: tmp_path)
+    monkeypatch.setattr(suites, "ENDLESS", {f"{name}/test/endless": "never ends"})
+    monkeypatch.setitem(suites.SUITES, name, suites.Suite(["test/Makefile", "test/*/Makefile"]))
+    count = suites.run_suite(name, suites.Run("make", False, "verilator", "5.006"), tmp_path / "work", tmp_path)
+    assert dict(count.results) == {"passed": 1, "failed": 1} and count.reasons_in_words() == "never ends (1)"
