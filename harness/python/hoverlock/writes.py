@@ -37,6 +37,10 @@ class Deposit:
     def __init__(self, value: Any) -> None:
         self.value = value
 
+    @property
+    def _deposited(self) -> Any:
+        return self.value
+
     def __index__(self) -> int:
         return int(self.value, 2) if isinstance(self.value, str) else int(self.value.__index__())
 

@@ -123,6 +123,30 @@ def test_a_bench_of_cocotb_2_runs_unchanged(tmp_path):
     assert done.returncode == 0 and " 0 failed, 0 skipped" in done.stdout, done.stdout + done.stderr[-3000:]
 
 
+def test_a_bench_of_cocotb_test_may_name_its_simulator(tmp_path):
+    (tmp_path / "wide.v").write_text("module wide #(parameter W = 1) (input wire [W-1:0] in); endmodule\n")
+    (tmp_path / "test_wide.py").write_text(textwrap.dedent("""
+        import cocotb, pytest
+        from cocotb_test import simulator
+
+        @cocotb.test()
+        async def has_nine_bits(dut):
+            assert len(dut._id("in", extended=False)) == 9
+
+        @pytest.mark.parametrize("named", [("verilator", "-GW=9"), ("icarus", "-Pwide.W=9"), (None, "-Pwide.W=9"), (simulator.Verilator, "-GW=9")])
+        def test_wide(named):
+            name, flag = named
+            simulator.run(simulator=name, verilog_sources=["wide.v"], toplevel="wide", module="test_wide", extra_args=[flag])
+    """))
+    environment = {name: value for name, value in os.environ.items() if name != "SIM"}
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "hoverlock.as_cocotb"]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0 and "4 passed" in done.stdout, done.stdout + done.stderr
+    # The environment overrides a name, not a class.
+    done = subprocess.run(command, cwd=tmp_path, env={**environment, "SIM": "icarus"}, capture_output=True, text=True)
+    assert "1 failed, 3 passed" in done.stdout and "test_wide[named0]" in done.stdout, done.stdout + done.stderr
+
+
 def test_a_runner_in_the_bench_runs_unchanged(tmp_path):
     (tmp_path / "test_runs.py").write_text(textwrap.dedent(f"""
         import cocotb

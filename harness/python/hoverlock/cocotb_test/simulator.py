@@ -24,6 +24,9 @@ class Simulator:
     >>> Simulator(toplevel="adder", module="test_adder", verilog_sources=["adder.v"]).run()
     """
 
+    _name = ""
+    """The simulator for which arguments are meant; empty if the environment variable ``SIM`` decides."""
+
     def __init__(
         self,
         toplevel: str | Sequence[str],
@@ -53,7 +56,7 @@ class Simulator:
         if isinstance(verilog_sources, Mapping):  # by library
             verilog_sources = [path for paths in verilog_sources.values() for path in paths]
         top = toplevel if isinstance(toplevel, str) else toplevel[0]
-        name = os.environ.get("SIM", "icarus")
+        name = self._name or os.environ.get("SIM", "icarus")
         defines = [f"{k}={v}" for k, v in defines.items()] if isinstance(defines, Mapping) else defines or []
         flags = [f"-D{define}" for define in defines]
         if name == "verilator":
@@ -113,17 +116,29 @@ class Simulator:
 class Icarus(Simulator):
     """cocotb-test's class of this name; runs on Verilator, with the arguments for Icarus translated."""
 
+    _name = "icarus"
+
 
 class Verilator(Simulator):
     """cocotb-test's class of this name."""
 
+    _name = "verilator"
 
-def run(simulator: type[Simulator] | None = None, **kwargs: Any) -> str:
+
+def run(simulator: str | type[Simulator] | None = None, **kwargs: Any) -> str:
     """Runs a bench; the arguments are those of `Simulator`.
 
-    >>> run(verilog_sources=["adder.v"], toplevel="adder", module="test_adder")
+    Parameters
+    ----------
+    simulator : str or type, optional
+        The simulator for which the arguments are meant, or its class. The environment variable ``SIM`` overrides a name.
+
+    >>> run("verilator", verilog_sources=["adder.v"], toplevel="adder", module="test_adder")
     """
     __tracebackhide__ = True
     if os.environ.get("COCOTB_TEST_SIM_BUILD"):
         kwargs["sim_build"] = os.environ["COCOTB_TEST_SIM_BUILD"]
-    return (simulator or Simulator)(**kwargs).run()
+    if simulator is None or isinstance(simulator, str):
+        name = os.environ.get("SIM") or simulator or "icarus"
+        simulator = Verilator if name == "verilator" else Icarus
+    return simulator(**kwargs).run()

@@ -192,8 +192,11 @@ impl Handle {
             }
             return self.write_int(&self.parse_binary(value.py(), text)?);
         }
-        // A `LogicArray` or a `Logic` with digits such as `X`.
         let py = value.py();
+        if let Ok(deposited) = value.getattr(intern!(py, "_deposited")) {
+            return self.write(&deposited);
+        }
+        // A `LogicArray` or a `Logic` with digits such as `X`.
         if let Ok(resolvable) = value.getattr(intern!(py, "is_resolvable"))
             && !resolvable.is_truthy()?
         {

@@ -33,6 +33,14 @@ async def follows(dut, period, bits):
     assert await shift(dut, bits) == bits
 
 
+@cocotb.test()
+async def unknown_values_are_set_at_once(dut):
+    for digits in ("X", "Z", "1"):
+        dut.d.set(Immediate(LogicArray(digits)))
+        await Timer(1, "ns")
+        assert dut.d.value == (digits == "1")
+
+
 @cocotb.test(timeout_time=1, timeout_unit="us")
 async def blocking_code_drives(dut):
     Clock(dut.clk, 10, "ns").start()
