@@ -154,6 +154,16 @@ impl Value {
         self.int(py)?.hash()
     }
 
+    /// The value itself, as it never changes.
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    /// The value itself, as it never changes.
+    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
+        slf
+    }
+
     fn __len__(&self) -> usize {
         self.width as usize
     }

@@ -1,6 +1,7 @@
 """A bench as cocotb 2's documentation writes them."""
 
 import asyncio
+import copy
 import logging
 
 import cocotb
@@ -38,7 +39,7 @@ async def unknown_values_are_set_at_once(dut):
     for digits in ("X", "Z", "1"):
         dut.d.set(Immediate(LogicArray(digits)))
         await Timer(1, "ns")
-        assert dut.d.value == (digits == "1")
+        assert dut.d.value == (digits == "1") and copy.deepcopy({"d": dut.d.value}) == {"d": copy.copy(dut.d.value)}
 
 
 @cocotb.test(timeout_time=1, timeout_unit="us")
