@@ -4,6 +4,7 @@
 //! added: *approximation*, `recursive` and `streaming` against `ideal` (the sampled Gaussian), and *quantisation*,
 //! `quantised` and `bit_true` against `streaming`.
 
+use std::borrow::Cow;
 use std::fmt;
 
 use crate::repeatability::{self, Curve};
@@ -152,11 +153,11 @@ impl Stage {
         }
     }
 
-    fn plane(self, planes: &LevelPlanes) -> Plane<f64> {
+    fn plane(self, planes: &LevelPlanes) -> Cow<'_, Plane<f64>> {
         match self {
-            Self::Smoothed(smoother) => planes.smoothed[smoother].clone(),
-            Self::Dog(k) => response(planes, k),
-            Self::MaxDog(k) => planes.max_dog[k].clone(),
+            Self::Smoothed(smoother) => Cow::Borrowed(&planes.smoothed[smoother]),
+            Self::Dog(k) => Cow::Owned(response(planes, k)),
+            Self::MaxDog(k) => Cow::Borrowed(&planes.max_dog[k]),
         }
     }
 }
@@ -302,8 +303,9 @@ pub fn run(
 ) -> Result<Study, CoefficientError> {
     let bounds = Bounds::acceptance();
     let levels = Levels::new(design)?;
+    // One picture after the other, each in parallel: the planes of all levels are the report's largest memory.
     let measured: Vec<Measured> =
-        subjects.par_iter().map(|subject| measure_picture(&levels, subject, bounds, step)).collect();
+        subjects.iter().map(|subject| measure_picture(&levels, subject, bounds, step)).collect();
     let motions: Vec<Motions> = measured.iter().map(|measured| measured.motions.clone()).collect();
     // The checks are those of the hardware, whatever smoother the design names.
     let hardware = design.of_hardware();
@@ -417,18 +419,17 @@ fn measure_picture(levels: &Levels, subject: &Subject, bounds: &Bounds, step: &(
             (Level::Quantised, levels.unrounded(), Kind::Quantisation),
             (Level::BitTrue, Level::Streaming, Kind::Quantisation),
         ];
-        for stage in Stage::all(levels.design()) {
-            let planes: Vec<Plane<f64>> = planes.iter().map(|planes| stage.plane(planes)).collect();
-            for (test, reference, kind) in pairs {
+        let measure_stage = |stage: Stage| {
+            let planes: Vec<Cow<'_, Plane<f64>>> = planes.iter().map(|planes| stage.plane(planes)).collect();
+            let measure = |(test, reference, kind): (Level, Level, Kind)| {
                 let (reference, tested) = (&planes[reference as usize], &planes[test as usize]);
-                let Some(error) = ErrorStatistics::between(reference, tested, stage.lsb(), bounds.interior) else {
-                    continue;
-                };
-                let picture = subject.name.clone();
-                let condition = condition.name;
-                errors.push((test, Measurement { picture, condition, stage, kind, lsb_dn: stage.lsb(), error }));
-            }
-        }
+                let error = ErrorStatistics::between(reference, tested, stage.lsb(), bounds.interior)?;
+                let (picture, condition) = (subject.name.clone(), condition.name);
+                Some((test, Measurement { picture, condition, stage, kind, lsb_dn: stage.lsb(), error }))
+            };
+            pairs.into_iter().filter_map(measure).collect::<Vec<_>>()
+        };
+        errors.par_extend(Stage::all(levels.design()).into_par_iter().flat_map_iter(measure_stage));
         ranges.see(levels, &frame);
         if condition == NOMINAL {
             figures.heat_maps(of(Level::Ideal), of(Level::Streaming), of(Level::BitTrue));

@@ -290,7 +290,8 @@ impl Bench<'_> {
     /// Compares every variant with `streaming`, on every picture under every condition.
     fn compare(&self, variants: &[Variant]) -> Result<Vec<OnFrame>, CoefficientError> {
         let (exact, bounds) = (Levels::new(self.design)?, Bounds::acceptance());
-        // `streaming` is computed once for all word lengths, so pictures and conditions are the outer loop.
+        // `streaming` is computed once for all word lengths, so pictures and conditions are the outer loop. It is
+        // sequential, because frames in parallel would multiply the memory.
         let jobs: Vec<(&Subject, Condition)> =
             self.subjects.iter().flat_map(|subject| CONDITIONS.map(|condition| (subject, condition))).collect();
         let on_frame = |(subject, condition): &(&Subject, Condition)| {
@@ -308,9 +309,9 @@ impl Bench<'_> {
                 reference.compare(&test, bounds)
             };
             let place = format!("{}, {}", subject.name, condition.name);
-            (*condition, place, variants.iter().map(compare).collect())
+            (*condition, place, variants.par_iter().map(compare).collect())
         };
-        Ok(jobs.par_iter().map(on_frame).collect())
+        Ok(jobs.iter().map(on_frame).collect())
     }
 
     /// Judges a variant by the checks of its report. The known motions take the longest, so they are estimated only if

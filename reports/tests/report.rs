@@ -77,6 +77,27 @@ fn a_format_with_too_few_bits_fails_and_the_failed_bound_is_named() {
     assert_eq!(failures, narrow.bounds.iter().filter(|row| !row.check.pass).count());
 }
 
+/// The planes of all levels of a picture are hundreds of megabytes, so no second picture may be begun meanwhile.
+#[test]
+fn pictures_are_measured_one_after_the_other() {
+    let subjects = ["a", "b", "c", "d"].map(|name| Subject { name: name.into(), ..subject(200, 180) });
+    let commands = Commands { typed: "hoverlock report", changed: &|_| String::new() };
+    let steps = std::sync::Mutex::new(Vec::new());
+    study::run(&subjects, &KT27, &commands, &|step| steps.lock().unwrap().push(step.to_owned())).unwrap();
+    let names = |end: &str| -> Vec<char> {
+        let steps = steps.lock().unwrap();
+        steps.iter().filter(|step| step.ends_with(end)).filter_map(|step| step.chars().next()).collect()
+    };
+    for end in [", nominal", ", combined", ", fog", ", displacement"] {
+        assert_eq!(names(end), ['a', 'b', 'c', 'd'], "{end}");
+    }
+    let words = names(", word lengths");
+    assert!(words.len() > 40 && words.is_sorted(), "{words:?}");
+    let order: Vec<String> = steps.lock().unwrap().iter().take(8).cloned().collect();
+    assert_eq!(order[3], "a, displacement", "{order:?}");
+    assert_eq!(order[7], "b, displacement", "{order:?}");
+}
+
 #[test]
 fn the_json_report_has_the_documented_keys() {
     let json: Value = serde_json::from_str(&output::json(&FULL).unwrap()).unwrap();
