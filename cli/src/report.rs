@@ -22,6 +22,9 @@ use crate::picture::{Limit, open};
 use crate::progress::LogLines;
 use crate::rtl_level;
 
+/// Number of failed checks that are listed on stderr.
+const MAX_LISTED_FAILURES: usize = 10;
+
 /// Measure the errors of quantisation, stage by stage, and check them.
 ///
 /// Writes index.html, report.json, checks.csv and junit.xml. Status 0 only if every check passes on every picture
@@ -103,9 +106,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
         }
     }
     study.unfit.iter().for_each(|unfit| say(&unfit.to_string()));
-    for row in study.failures() {
-        say(&format!("bound fails: {}", failure(row)));
-    }
+    failures(&study, &args.out).iter().for_each(|line| say(line));
     if args.json {
         print(&output::json(&study)?)?;
     } else {
@@ -115,8 +116,10 @@ pub fn run(args: &Args) -> Result<Verdict> {
         let count = |kinds: &[Kind]| compared.changes.iter().filter(|change| kinds.contains(&change.kind)).count();
         let worse = count(&[Kind::Broken, Kind::Gone]);
         say(&format!(
-            "against the baseline {worse} checks fail now or are gone, {} pass now, {} are as before: {}",
+            "against the baseline {worse} checks fail now or are gone, {} pass now, {} moved within their verdict, \
+             {} are as before: {}",
             count(&[Kind::Mended]),
+            compared.changes.len() - worse - count(&[Kind::Mended]),
             compared.same,
             shown(&page)
         ));
@@ -189,17 +192,26 @@ fn reason(error: &anyhow::Error, path: &Path) -> String {
     text.strip_prefix(&format!("{}: ", path.display())).unwrap_or(&text).to_owned()
 }
 
+/// Returns a line for each check that fails, the furthest beyond its limit first, and how many are left out.
+fn failures(study: &Study, folder: &Path) -> Vec<String> {
+    let failures = study.failures();
+    let mut lines: Vec<String> =
+        failures.iter().take(MAX_LISTED_FAILURES).map(|row| format!("bound fails: {}", failure(row))).collect();
+    if failures.len() > lines.len() {
+        let table = shown(&folder.join(output::TABLE));
+        lines.push(format!("{} more bounds fail; {table} lists all", failures.len() - lines.len()));
+    }
+    lines
+}
+
 fn failure(row: &BoundRow) -> String {
     let check = &row.check;
     let picture = row.picture.as_deref().map(|name| format!("{name}, ")).unwrap_or_default();
     let condition = row.condition.map(|name| format!("{name}, ")).unwrap_or_default();
+    let unit = if check.unit.is_empty() { String::new() } else { format!(" {}", check.unit) };
     format!(
-        "{}: measured {:.4} {unit}, limit {} {unit} ({picture}{condition}{})",
-        check.name,
-        check.measured,
-        check.limit,
-        check.location,
-        unit = check.unit
+        "{}: measured {:.4}{unit}, limit {}{unit} ({picture}{condition}{})",
+        check.name, check.measured, check.limit, check.location
     )
 }
 

@@ -202,6 +202,29 @@ fn real_pictures_pass_and_a_dog_of_twelve_bits_does_not() {
     }
 }
 
+#[test]
+fn the_furthest_failures_are_listed_and_the_others_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let pictures = [(440, 400), (400, 440)].map(|(w, h)| saved(folder.path(), &format!("{w}.png"), &blocks(w, h)));
+    let mut command = without_tools(env!("CARGO_BIN_EXE_hoverlock"));
+    let output = command.arg("report").args(&pictures).args(["--config", "dog_bits=8", "--out", &at("out")]).output();
+    let output = output.expect("the command runs");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    let failed = parsed(Path::new(&at("out/report.json")))["bounds"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|row| row["pass"] == false)
+        .count();
+    assert!(failed > 12, "{failed} checks fail");
+    assert_eq!(said.matches("bound fails: ").count(), 10, "{said}");
+    assert!(said.contains(&format!("{} more bounds fail; {} lists all", failed - 10, at("out/checks.csv"))), "{said}");
+    // A bound without a unit leaves no space in its place.
+    assert!(!said.contains(" ,") && !said.contains("  "), "{said}");
+}
+
 /// The level of this name in a report.
 fn level<'a>(report: &'a serde_json::Value, name: &str) -> &'a serde_json::Value {
     let levels = report["levels"].as_array().expect("levels is a list");
