@@ -420,9 +420,11 @@ impl Report {
     }
 
     fn text(&self) -> String {
+        // Without an estimate the reason states how many agree.
+        let agree = self.homography.map(|_| format!(", of which {} agree", self.inliers)).unwrap_or_default();
         let counts = format!(
-            "features    {} and {}\nmatches     {}, of which {} agree\nquality     {} of 255\n",
-            self.features[0], self.features[1], self.matches, self.inliers, self.quality
+            "features    {} and {}\nmatches     {}{agree}\nquality     {} of 255\n",
+            self.features[0], self.features[1], self.matches, self.quality
         );
         let (Some([dx, dy]), Some(h), Some(rms)) = (self.displacement_px, self.homography, self.rms_px) else {
             let reason = self.reason.as_deref().unwrap_or("no estimate");

@@ -459,6 +459,8 @@ fn the_reason_for_no_estimate_uses_plain_numbers() {
     let (_, by_chance) = said.split_once(" matches agree, and as many agree by chance ").expect(&said);
     assert!(["thousands of times in every pair", "about ", "in one of "].iter().any(|how| by_chance.starts_with(how)));
     assert!(by_chance.contains("pair") && !said.contains("10^"), "{said}");
+    // The reason alone states how many agree: none of them belongs to an estimate.
+    assert!(!said.contains("of which"), "{said}");
 }
 
 #[test]

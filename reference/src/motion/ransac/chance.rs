@@ -90,15 +90,26 @@ pub(super) fn log10_nfa(n: usize, k: usize, m: usize, alpha: f64) -> f64 {
 pub(super) fn by_chance(log10_nfa: f64) -> String {
     let times = 10f64.powf(log10_nfa);
     match log10_nfa {
-        x if x > 3.0 => "thousands of times in every pair of pictures".into(),
-        x if x >= 0.0 => format!("about {times:.0} times in every pair of pictures"),
+        x if x > 3.0 => "thousands of times in every pair of unrelated pictures".into(),
+        _ if times >= 1.5 => format!("about {times:.0} times in every pair of unrelated pictures"),
+        x if x >= 0.0 => "about once in every pair of unrelated pictures".into(),
         _ => format!("in one of {:.0} pairs of unrelated pictures", (1.0 / times).max(2.0)),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::log10_nfa;
+    use super::{by_chance, log10_nfa};
+
+    #[test]
+    fn the_frequency_of_chance_is_said_in_words() {
+        let said = |nfa: f64| by_chance(nfa.log10());
+        assert_eq!(said(0.25), "in one of 4 pairs of unrelated pictures");
+        assert_eq!(said(0.9), "in one of 2 pairs of unrelated pictures");
+        assert_eq!(said(1.2), "about once in every pair of unrelated pictures");
+        assert_eq!(said(1.6), "about 2 times in every pair of unrelated pictures");
+        assert_eq!(said(2000.0), "thousands of times in every pair of unrelated pictures");
+    }
 
     /// By definition: C(6, 2) (1/4)^4 for all six of six; for two voters, the sample itself, the whole tail.
     #[test]
