@@ -25,7 +25,7 @@ use crate::Verdict;
 use crate::design::{Chosen, verilog_of};
 use crate::output::{check_target, command, print, print_json, say, shown, write_file};
 use crate::picture::{Limit, open};
-use crate::progress::{bar, spinning};
+use crate::progress::{LogLines, bar, spinning};
 
 /// Flip bits of registers and memories while the hardware runs, and count what comes of it.
 ///
@@ -334,7 +334,26 @@ fn refusal(error: CoreError, args: &Other) -> anyhow::Error {
             [first, rest @ ..] => anyhow!("--source: {first} (and {} more)", rest.len()),
             [] => anyhow!("--source: {error}"),
         },
+        (CoreError::NoSuchPort { what, name, .. }, _) => anyhow!("{}: {error}", port_option(what, name, args)),
         _ => anyhow!("--source: {error}"),
+    }
+}
+
+/// Returns the option that names a port of the core.
+fn port_option(what: &str, name: &str, args: &Other) -> String {
+    let is = |option: &Option<String>| option.as_deref() == Some(name);
+    let named = [
+        ("--valid", is(&args.valid)),
+        ("--detect", what == "output" && args.detect.iter().any(|output| output == name)),
+        ("--clock", is(&args.clock)),
+        ("--reset", is(&args.reset)),
+        ("--reset-low", is(&args.reset_low)),
+        ("--set", args.set.iter().any(|text| text.split_once('=').is_some_and(|(input, _)| input == name))),
+    ];
+    match (named.iter().find(|(_, is)| *is), &args.stimulus) {
+        (Some((option, _)), _) => (*option).to_owned(),
+        (None, Some(path)) => format!("--stimulus {}", shown(path)),
+        (None, None) => "--source".to_owned(),
     }
 }
 
@@ -362,9 +381,13 @@ fn report(
     let kind = Kind::from(args.kind);
     let faults = draw(&state, window, kind, args.upsets as usize, args.seed);
     let progress = bar(faults.len() as u64, "{wide_bar} {pos} of {len} faults, {per_sec}, {eta} left");
+    let lines = LogLines::new();
     let started = Instant::now();
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let classes = campaign(&faults, threads, run, |done| progress.set_position(done as u64))?;
+    let classes = campaign(&faults, threads, run, |done| {
+        progress.set_position(done as u64);
+        lines.count(&progress, "faults");
+    })?;
     let seconds = started.elapsed().as_secs_f64();
     progress.finish_and_clear();
     let rows = rows(&state, &faults, &classes);

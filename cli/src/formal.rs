@@ -31,6 +31,7 @@ use crate::Verdict;
 use crate::choice::between;
 use crate::design::verilog_of;
 use crate::output::{print, print_json, shown, verdict, write_file};
+use crate::progress::LogLines;
 
 mod coverage;
 mod second;
@@ -369,6 +370,7 @@ fn all<T: Sync, R: Send>(
     if let Ok(style) = ProgressStyle::with_template("{bar:32} {pos} of {len}  {elapsed}  {msg}") {
         bar.set_style(style);
     }
+    let lines = LogLines::new();
     let next = AtomicUsize::new(0);
     let results = Mutex::new(Vec::new());
     let work = || -> Result<()> {
@@ -378,6 +380,7 @@ fn all<T: Sync, R: Send>(
             let result = run(task)?;
             bar.set_message(done(&result));
             bar.inc(1);
+            lines.count(&bar, "proofs");
             results.lock().map_err(|_| anyhow!("another proof has panicked"))?.push((at, result));
         }
     };

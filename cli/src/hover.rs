@@ -18,7 +18,7 @@ use crate::Verdict;
 use crate::choice::{Climb, Estimator, Features, View, between};
 use crate::design::Chosen;
 use crate::output::{Folder, command, print, print_json, shown, verdict, write_file};
-use crate::progress::{Reporter, bar};
+use crate::progress::{LogLines, Reporter, bar};
 
 /// Close the loop: a simulated helicopter in gusts holds its position with the camera's estimate alone.
 ///
@@ -84,6 +84,7 @@ pub struct Args {
 /// Shows the progress of a hover, writes its table frame by frame, and saves its frames.
 struct Recorder {
     bar: ProgressBar,
+    lines: LogLines,
     path: PathBuf,
     /// The table; `None` before the first frame.
     table: Mutex<Option<File>>,
@@ -116,6 +117,7 @@ impl Monitor for Recorder {
         self.bar.set_length(frame.frames as u64);
         self.bar.set_message(format!("{seconds:.1} s, {distance:.0} cm from the target, {quality}"));
         self.bar.inc(1);
+        self.lines.count(&self.bar, "frames");
         Ok(())
     }
 }
@@ -154,6 +156,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let save = args.save.as_deref().map(frames).transpose()?;
     let recorder = Recorder {
         bar: bar(0, "{bar:32} {percent:>3} %  {elapsed}  {msg}"),
+        lines: LogLines::new(),
         path: args.out.join(TABLE),
         table: Mutex::default(),
         saved: args.save.clone().map(|folder| (folder, Mutex::default())),
@@ -191,8 +194,8 @@ fn text(outcome: &HoverOutcome, out: &Path) -> String {
     }
     let _ = writeln!(
         text,
-        "  frames             {} with an estimate, {} without, longest loss {:.1} s, {} references",
-        summary.estimates, summary.lost, summary.longest_loss_s, summary.references
+        "  frames             {} of {} with an estimate, {} lost after the first, longest loss {:.1} s, references: {}",
+        summary.estimates, summary.frames, summary.lost, summary.longest_loss_s, summary.references
     );
     let _ = writeln!(
         text,

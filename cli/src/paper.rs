@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::Verdict;
 use crate::output::{Batch, Folder, print, print_json, shown};
+use crate::progress::LogLines;
 
 /// The page, and its numbers.
 const PAGE: &str = "index.html";
@@ -38,9 +39,11 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<Verdict> {
     let folder = Folder::of(&args.out, "paper", &[PAGE, NUMBERS])?;
     let bar = ProgressBar::new(0).with_style(ProgressStyle::with_template("figures {bar:30} {pos}/{len}")?);
+    let lines = LogLines::new();
     let items = items(|step, steps| {
         bar.set_length(steps as u64);
         bar.set_position(step as u64);
+        lines.count(&bar, "groups of figures");
     })?;
     bar.finish_and_clear();
     let numbers = Numbers::of(&items);

@@ -35,6 +35,11 @@ impl LogLines {
         }
     }
 
+    /// Says how many units the bar has counted, under the same conditions.
+    pub fn count(&self, bar: &ProgressBar, unit: &str) {
+        self.say(bar, || format!("{} of {} {unit}", bar.position(), bar.length().unwrap_or_default()));
+    }
+
     /// Returns `true` once in each interval.
     fn is_due(&self, now: Instant) -> bool {
         let Ok(mut last) = self.last.lock() else { return false };

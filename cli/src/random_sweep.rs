@@ -13,7 +13,7 @@ use hoverlock_reports::output::PAGE;
 
 use crate::Verdict;
 use crate::output::{Folder, command, print, print_json, say, shown, verdict, write_file};
-use crate::progress::{Reporter, bar};
+use crate::progress::{LogLines, Reporter, bar};
 
 /// File name of the table.
 const TABLE: &str = "flights.csv";
@@ -26,6 +26,7 @@ pub fn run(settings: &RandomSettings, table: Option<&Path>, out: &Path, json: bo
     }
     let table = table.map_or_else(|| out.join(TABLE), Path::to_path_buf);
     let bar = bar(0, "{bar:32} {pos} of {len}  {elapsed}  {msg}");
+    let lines = LogLines::new();
     let mut progress = |progress: RandomProgress<'_>| -> Result<(), BoxError> {
         match progress {
             RandomProgress::Started { known, flights } => {
@@ -38,6 +39,7 @@ pub fn run(settings: &RandomSettings, table: Option<&Path>, out: &Path, json: bo
                 let error = flight.error_max_m.unwrap_or_default();
                 bar.set_message(format!("flight {}: error {error:.3} m at most", flight.number));
                 bar.inc(1);
+                lines.count(&bar, "flights");
             }
         }
         Ok(())

@@ -17,6 +17,7 @@ use hoverlock_simulation::{Job, Outcome, Simulator, Streams, Trace, run};
 use hoverlock_synthesis::{Estimate, estimate};
 
 use crate::message;
+use crate::progress::spinning;
 
 /// Number of modules that the page lists.
 const LISTED_MODULES: usize = 12;
@@ -50,7 +51,8 @@ impl Preparation {
     /// Simulates every picture and adds the results to the study.
     pub fn finish(self, study: Study, subjects: &[Subject], step: &dyn Fn(&str)) -> Result<Study> {
         step("waiting for Verilator and Yosys");
-        let tools = self.0.join().map_err(|_| anyhow!("the model's builder has panicked"))?;
+        let name = "building the Verilated model and running Yosys for this design (once; later runs find both)";
+        let tools = spinning(name, || self.0.join()).map_err(|_| anyhow!("the model's builder has panicked"))?;
         let simulation = match &tools.simulator {
             StepResult::NotRun { reason } => StepResult::not_run(reason.clone()),
             StepResult::Run { result: simulator } => {

@@ -11,7 +11,7 @@ use hoverlock_reports::output::PAGE;
 use crate::Verdict;
 use crate::choice::{Features, between};
 use crate::output::{Folder, command, print, print_json, say, shown, verdict, write_file};
-use crate::progress::{Reporter, bar};
+use crate::progress::{LogLines, Reporter, bar};
 use crate::random_sweep;
 
 /// Fly a campaign over seeds, scenes, gusts, heights and word lengths, or over flights that are drawn at random.
@@ -112,6 +112,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let folder = Folder::of(&args.out, "sweep", &[PAGE, TABLE])?;
     let table = args.out.join(TABLE);
     let bar = bar(0, "{bar:32} {pos} of {len}  {elapsed}  {msg}");
+    let lines = LogLines::new();
     let mut progress = |progress: CampaignProgress<'_>| -> Result<(), BoxError> {
         match progress {
             CampaignProgress::Started { known, points } => {
@@ -123,6 +124,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
             CampaignProgress::Flown(point) => {
                 bar.set_message(format!("{} {}: {:.3} m", point.scene, point.design, point.rms_m));
                 bar.inc(1);
+                lines.count(&bar, "points");
             }
         }
         Ok(())

@@ -131,8 +131,8 @@ fn what_makes_no_campaign_is_refused() {
     assert_refused(&fault(&["--source", &source]), "--top");
     assert_refused(&fault(&["--source", "none.v", "--top", "tiny"]), "none.v");
     assert_refused(&fault(&["--source", &source, "--top", "tinny"]), "no module 'tinny'");
-    assert_refused(&core(&["--clock", "clock"]), "no input of one bit 'clock'; did you mean clk?");
-    assert_refused(&core(&["--detect", "alert"]), "no output 'alert'");
+    assert_refused(&core(&["--clock", "clock"]), "--clock: the top has no input of one bit 'clock'; did you mean clk?");
+    assert_refused(&core(&["--detect", "alert"]), "--detect: the top has no output 'alert'");
     assert_refused(&core(&["--set", "in"]), "--set in: is not NAME=VALUE");
     assert_refused(&core(&["--set", "in=99"]), "'99' is no value of input 'in' of 4 bits");
     assert_refused(&core(&["--only", "nothing"]), "no register or memory to put a fault in --only nothing");
