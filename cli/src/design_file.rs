@@ -1,6 +1,6 @@
 //! `hoverlock design`: design files: written, explained, compared, changed.
 
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
@@ -165,8 +165,7 @@ fn show(args: &Show) -> Result<()> {
 }
 
 fn diff(args: &Diff) -> Result<()> {
-    let load = |name: &OsStr| DesignPoint::load(name).with_context(|| name.to_string_lossy().into_owned());
-    let differences = differences(&load(&args.a)?, &load(&args.b)?);
+    let differences = differences(&DesignPoint::load(&args.a)?, &DesignPoint::load(&args.b)?);
     if args.json {
         return print_json(&Report { design: None, keys: Vec::new(), differences: Some(differences) });
     }

@@ -14,9 +14,8 @@ use crate::output::{print, print_json};
 const TOOLS: &str = include_str!("../../setup/tools.txt");
 
 /// Programs that only some verbs need: name, need, how to get it.
-const PROGRAMS: [(&str, &str, &str); 4] = [
+const PROGRAMS: [(&str, &str, &str); 3] = [
     ("yices-smt2", "formal", "setup/bootstrap.sh"),
-    ("z3", "formal --solver z3", "setup/bootstrap.sh"),
     ("qemu-arm", "--estimator arm", "make arm"),
     ("iverilog", "make bench-harness", "apt-get install iverilog"),
 ];

@@ -33,11 +33,11 @@ use crate::report::subjects;
 /// best.toml, which --design of the other verbs takes. A stopped search is continued. Status 0 only if a
 /// design passes every check on every picture.
 ///
-/// With --objective hover designs are judged by simulated flights over --scenes, as by hoverlock hover, and the
-/// pixel is changed too. The cheapest design is sought (M10K, then DSP blocks, then ALM) that stays within --budget-
-/// cm on every flight, without an estimate beyond its protection level and without a loss of vision. At least twenty
-/// of these flights have seeds that chose no design. The page shows centimetres against memory, and which bound
-/// binds: that of the flights, or the checks of the report. Status 0 only if a design keeps the budget.
+/// With --objective hover designs are judged by simulated flights over --scenes, as by hoverlock hover, and the pixel
+/// is changed too. The cheapest design is sought (M10K, then DSP blocks, then ALM) that stays within --budget-cm on
+/// every flight, without an estimate beyond its protection level and without a loss of vision. At least twenty of
+/// these flights have seeds that chose no design. The page shows centimetres against memory, and which bound binds:
+/// that of the flights, or the checks of the report. Status 0 only if a design keeps the budget.
 ///
 /// Examples:
 ///   hoverlock explore aerial.png --budget 300

@@ -35,7 +35,7 @@ use std::sync::LazyLock;
 
 use anyhow::{Result, bail};
 use clap::error::ErrorKind;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use hoverlock_reports::provenance::COMMIT;
 
 /// Version, and commit of the sources.
@@ -84,9 +84,42 @@ impl From<bool> for Verdict {
     }
 }
 
+/// Returns the definition of the command line. Each paragraph of a verb's help is one line, for clap to wrap.
+fn definition() -> clap::Command {
+    let command = Cli::command();
+    let verbs: Vec<String> = command.get_subcommands().map(|verb| verb.get_name().to_owned()).collect();
+    verbs.into_iter().fold(command, |command, verb| command.mut_subcommand(verb, unwrapped))
+}
+
+/// Joins the lines of each paragraph of a verb's help; lines that are indented stay as they are.
+fn unwrapped(mut verb: clap::Command) -> clap::Command {
+    if let Some(text) = verb.get_about().map(ToString::to_string) {
+        verb = verb.about(text.replace('\n', " ").trim_end_matches('.').to_owned());
+    }
+    if let Some(text) = verb.get_long_about().map(ToString::to_string) {
+        verb = verb.long_about(join_paragraphs(&text));
+    }
+    verb
+}
+
+fn join_paragraphs(text: &str) -> String {
+    let continues = |line: &str| line.starts_with(|char: char| !char.is_whitespace());
+    let mut joined = String::new();
+    let mut after_text = false;
+    for line in text.lines() {
+        if !joined.is_empty() {
+            joined.push(if after_text && continues(line) { ' ' } else { '\n' });
+        }
+        joined.push_str(line);
+        after_text = continues(line);
+    }
+    joined
+}
+
 fn main() -> ExitCode {
     interrupt::begin();
-    let outcome = Cli::try_parse().map_or_else(usage, |cli| match cli.verb {
+    let parsed = definition().try_get_matches().and_then(|matches| Cli::from_arg_matches(&matches));
+    let outcome = parsed.map_or_else(usage, |cli| match cli.verb {
         Verb::Coeffs(args) => coeffs::run(&args),
         Verb::Completions(args) => shell::completions(&args),
         Verb::Cosim(args) => cosim::run(&args),
@@ -116,10 +149,12 @@ fn main() -> ExitCode {
     }
 }
 
-/// Returns the message of an error with its causes. A cause that a message already contains is not repeated.
+/// Returns the message of an error with its causes, in one line. A cause that a message already contains is not
+/// repeated.
 fn message(error: &anyhow::Error) -> String {
     error.chain().fold(String::new(), |text, cause| {
-        let cause = cause.to_string();
+        // Libraries put each entry of a list on a line of its own, two columns in.
+        let cause = cause.to_string().replace(":\n  ", ": ").replace("\n  ", "; ");
         match text.as_str() {
             "" => cause,
             text if text.contains(&cause) => text.to_owned(),
@@ -160,5 +195,24 @@ mod tests {
         let twice =
             Err::<(), _>(full()).context("a.png: cannot be written: the disk is full; name another").unwrap_err();
         assert_eq!(message(&twice), "a.png: cannot be written: the disk is full; name another");
+    }
+
+    #[test]
+    fn a_list_of_a_library_is_one_line() {
+        let error = anyhow::anyhow!("verilator found errors:\n  a.v:1: x\n  b.v:2: y").context("sim");
+        assert_eq!(message(&error), "sim: verilator found errors: a.v:1: x; b.v:2: y");
+    }
+
+    #[test]
+    fn a_paragraph_of_help_is_one_line_and_a_list_is_not() {
+        assert_eq!(join_paragraphs("a\nb\n\nIt is\n  y = x\nand\nz"), "a b\n\nIt is\n  y = x\nand z");
+        for verb in definition().get_subcommands() {
+            let about = verb.get_about().map(ToString::to_string).unwrap_or_default();
+            assert!(!about.contains('\n') && !about.ends_with('.'), "{}: {about}", verb.get_name());
+            let text = verb.get_long_about().map(ToString::to_string).unwrap_or_default();
+            let lines: Vec<&str> = text.lines().collect();
+            let is_text = |line: &str| line.starts_with(|char: char| !char.is_whitespace());
+            assert!(lines.windows(2).all(|pair| !(is_text(pair[0]) && is_text(pair[1]))), "{}", verb.get_name());
+        }
     }
 }

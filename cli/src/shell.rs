@@ -4,12 +4,11 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
-use clap::CommandFactory as _;
 use clap_complete::Shell;
 use clap_mangen::Man;
 
 use crate::output::{Batch, Folder, print};
-use crate::{Cli, Verdict};
+use crate::{Verdict, definition};
 
 /// Print the completion script of a shell
 ///
@@ -33,13 +32,13 @@ pub struct ManArgs {
 
 pub fn completions(args: &CompletionsArgs) -> Result<Verdict> {
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut Cli::command(), "hoverlock", &mut script);
+    clap_complete::generate(args.shell, &mut definition(), "hoverlock", &mut script);
     print(&String::from_utf8_lossy(&script))?;
     Ok(Verdict::Pass)
 }
 
 pub fn man(args: &ManArgs) -> Result<Verdict> {
-    let mut command = Cli::command().disable_help_subcommand(true);
+    let mut command = definition().disable_help_subcommand(true);
     command.build();
     let mut pages = Vec::new();
     render(&command, &mut pages)?;
