@@ -153,7 +153,7 @@ pub fn items() -> Result<Vec<Item>, PaperError> {
             stated: "Local binary patterns describe the surroundings of a point by comparisons.",
             found: "The strongest feature of the field on its frame; filled points are 1.".into(),
             holds: None,
-            evidence: "hoverlock report PICTURE..",
+            evidence: "hoverlock report out/pictures/aero1.jpg",
             drawings: of_lbp,
         },
         Item {
@@ -168,7 +168,7 @@ pub fn items() -> Result<Vec<Item>, PaperError> {
                 told(&foggy)
             ),
             holds: Some(clear[1].correct > clear[0].correct && foggy[1].correct > foggy[0].correct),
-            evidence: "hoverlock match REF CUR --descriptor strict",
+            evidence: "hoverlock match out/pictures/graf1.png out/pictures/graf3.png --descriptor strict",
             drawings: of_maxlbp,
         },
     ])

@@ -127,7 +127,7 @@ fn on_orthophotos(views: &[Photograph; 2]) -> Result<Found, PaperError> {
     Ok(Found { displacement, matches: estimate.pairs.len(), inliers: estimate.inliers.len(), overlay })
 }
 
-fn matched(number: &'static str, title: &'static str, name: &str) -> Result<Item, PaperError> {
+fn matched(number: &'static str, title: &'static str, name: &str, evidence: &'static str) -> Result<Item, PaperError> {
     let views = views_of(name)?;
     let found = on_orthophotos(&views)?;
     let error = (found.displacement - DISPLACEMENT_M).norm();
@@ -153,7 +153,7 @@ fn matched(number: &'static str, title: &'static str, name: &str) -> Result<Item
             HEIGHT_M - views[1].view.height()
         ),
         holds: Some(error <= BOUND_M),
-        evidence: "hoverlock match REF CUR --telemetry FILE.csv --overlay FILE.png",
+        evidence,
         drawings: vec![found.overlay],
     })
 }
@@ -161,14 +161,24 @@ fn matched(number: &'static str, title: &'static str, name: &str) -> Result<Item
 /// Figures 10 and 11.
 pub fn items() -> Result<Vec<Item>, PaperError> {
     Ok(vec![
-        matched("figure 10, formulas (1) to (8)", "Matching on pseudo-orthophotos, over the field", "field")?,
+        matched(
+            "figure 10, formulas (1) to (8)",
+            "Matching on pseudo-orthophotos, over the field",
+            "field",
+            "hoverlock hover --scene field --seconds 2 --save out/field && hoverlock cosim out/field",
+        )?,
         controversy()?,
     ])
 }
 
 /// Figure 15.
 pub fn town() -> Result<Vec<Item>, PaperError> {
-    Ok(vec![matched("figure 15", "Matching on pseudo-orthophotos, over the town", "town")?])
+    Ok(vec![matched(
+        "figure 15",
+        "Matching on pseudo-orthophotos, over the town",
+        "town",
+        "hoverlock hover --scene town --seconds 2 --save out/town && hoverlock cosim out/town",
+    )?])
 }
 
 /// Number of pairs of each hypothesis of figure 11, their motions, px, and the largest deviation from it along an axis.
@@ -224,26 +234,29 @@ fn controversy() -> Result<Item, PaperError> {
         title: "Two hypotheses with equal votes",
         stated: "Where two hypotheses have the same number of votes, Q* with the residuals finds the right one.",
         found: format!(
-            "{EACH} pairs within {} px of one motion, {EACH} within {} px of another. Of {SEARCHES} searches with \
-             different \
-             seeds the more accurate motion is found by: {}. The residuals decide only if their sum is subtracted.",
+            "{EACH} pairs within {} px of one motion, {EACH} within {} px of another; each line ends with its dot in \
+             CUR. Of {SEARCHES} searches with different seeds the more accurate motion is found by: {}. The residuals \
+             decide only if their sum is subtracted.",
             DEVIATION_PX[0],
             DEVIATION_PX[1],
             told.join(", ")
         ),
         holds: Some(chosen.iter().skip(2).all(|(_, better)| *better == SEARCHES)),
-        evidence: "hoverlock match REF CUR --functional plus",
+        evidence: "hoverlock match out/pictures/graf1.png out/pictures/graf3.png --functional plus",
         drawings: vec![drawing(&pairs)],
     })
 }
 
-/// Draws a line from each position in REF to that in CUR, both motions in their colours.
+/// Colours of the two motions.
+const COLOURS: [&str; 2] = ["#d67a1e", "#1f5fa8"];
+
+/// Draws a line from each position in REF to that in CUR, both motions in their colours, with the frame and a legend.
 fn drawing(pairs: &[Pair]) -> String {
     let lines: Vec<String> = pairs
         .iter()
         .enumerate()
         .map(|(i, Pair { reference: a, current: b })| {
-            let colour = ["#d67a1e", "#1f5fa8"][i % 2];
+            let colour = COLOURS[i % 2];
             format!(
                 "<path d=\"M{:.1} {:.1}L{:.1} {:.1}\" stroke=\"{colour}\" stroke-width=\"3\"/><circle cx=\"{:.1}\" \
                  cy=\"{:.1}\" r=\"5\" \
@@ -252,9 +265,23 @@ fn drawing(pairs: &[Pair]) -> String {
             )
         })
         .collect();
+    let legend: String = [" of one motion", ": the more accurate motion"]
+        .iter()
+        .enumerate()
+        .map(|(i, name)| {
+            format!(
+                "<text x=\"{}\" y=\"840\" fill=\"{}\">{EACH} pairs within {} px{name}</text>",
+                510 * i,
+                COLOURS[i],
+                DEVIATION_PX[i]
+            )
+        })
+        .collect();
+    // Positions in CUR are up to 40 px outside the frame.
     format!(
-        "<svg viewBox=\"0 0 1024 768\" style=\"max-width:760px\" role=\"img\" aria-label=\"pairs of two \
-         motions\">{}</svg>",
+        "<svg viewBox=\"-40 -10 1110 870\" style=\"max-width:760px\" role=\"img\" aria-label=\"pairs of two \
+         motions\" font-size=\"24\"><rect width=\"1024\" height=\"768\" fill=\"none\" \
+         stroke=\"#9aa5b1\"/>{}{legend}</svg>",
         lines.concat()
     )
 }

@@ -75,8 +75,8 @@ pub fn items() -> Result<Vec<Item>, PaperError> {
         title: "Scenes of the simulator: helipad in mist, field",
         stated: "The method is tried over a helipad in mist and over a field.",
         found: format!(
-            "Both scenes from {HEIGHT_M:.0} m, as the camera takes them, stretched for display. They are flown by \
-             `hoverlock hover`."
+            "Both scenes from {HEIGHT_M:.0} m, as the camera takes them, stretched for display. The command below \
+             flies over them."
         ),
         holds: None,
         evidence: "hoverlock hover --scene helipad-in-mist",

@@ -128,9 +128,9 @@ pub fn second() -> Vec<Item> {
             title: "FPGA and processor on the board",
             stated: "An Arria V and an ARM processor carry the method.",
             found: format!(
-                "The default design by the formulas of its word lengths: about {} ALM, {} M10K, {} DSP blocks. \
-                 `hoverlock rtl estimate` has the \
-                 numbers of synthesis. Nothing has been placed and routed, and no board has been built.",
+                "The default design by the formulas of its word lengths: about {} ALM, {} M10K, {} DSP blocks; the \
+                 command below has the numbers of synthesis. On Arria V nothing has been placed and routed, and no \
+                 board has been built.",
                 used.alm, used.m10k, used.dsp
             ),
             holds: None,
