@@ -207,7 +207,10 @@ fn table(estimate: &Estimate) -> String {
         estimate.registers,
         estimate.logic_levels
     );
-    text += &format!("{:9}{:>18}{:>18}{:>18}   {:4}  figures\n", "device", "ALM", "M10K", "DSP blocks", "fits");
+    text += &format!(
+        "{:9}{:>18}{:>18}{:>18}   {:4}  source of the figures\n",
+        "device", "ALM", "M10K", "DSP blocks", "fits"
+    );
     for device in &estimate.devices {
         text += &format!("{:9}", device.name);
         for (of, percent) in [device.alm, device.m10k, device.dsp].into_iter().zip(device.used_percent) {

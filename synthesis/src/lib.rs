@@ -187,11 +187,11 @@ pub enum EstimateError {
 
 /// Devices: name, source of the numbers, ALMs, M10K blocks and DSP blocks.
 const DEVICES: [(&str, &str, u64, u64, u64); 5] = [
-    ("5AGXA1", "believed", 28_302, 800, 240),
-    ("5AGXA3", "believed: as 5AGTC3, Intel 683440", 58_900, 1051, 396),
-    ("5AGXA7", "believed: as 5AGTC7, Intel 683440", 91_680, 1366, 800),
-    ("5AGXB3", "believed: as 5AGTD3, Intel 683440", 136_880, 1726, 1045),
-    ("5AGXB7", "believed: as 5AGTD7, Intel 683440", 190_240, 2414, 1156),
+    ("5AGXA1", "unverified", 28_302, 800, 240),
+    ("5AGXA3", "assumed equal to 5AGTC3, Intel 683440", 58_900, 1051, 396),
+    ("5AGXA7", "assumed equal to 5AGTC7, Intel 683440", 91_680, 1366, 800),
+    ("5AGXB3", "assumed equal to 5AGTD3, Intel 683440", 136_880, 1726, 1045),
+    ("5AGXB7", "assumed equal to 5AGTD7, Intel 683440", 190_240, 2414, 1156),
 ];
 
 /// Returns the name of the smallest device, and the ALMs, M10K and DSP blocks of it that a design may use.
