@@ -412,7 +412,6 @@ fn measure_picture(levels: &Levels, subject: &Subject, bounds: &Bounds, step: &(
     for (condition, frame) in CONDITIONS.into_iter().zip(frames(subject)) {
         let seed = bounds.seeds.of(&condition);
         let planes: Vec<LevelPlanes> = Level::MODELS.par_iter().map(|&level| levels.planes(level, &frame)).collect();
-        let of = |level: Level| &planes[level as usize];
         let pairs = [
             (Level::Recursive, Level::Ideal, Kind::Approximation),
             (Level::Streaming, Level::Ideal, Kind::Approximation),
@@ -430,12 +429,18 @@ fn measure_picture(levels: &Levels, subject: &Subject, bounds: &Bounds, step: &(
             pairs.into_iter().filter_map(measure).collect::<Vec<_>>()
         };
         errors.par_extend(Stage::all(levels.design()).into_par_iter().flat_map_iter(measure_stage));
-        ranges.see(levels, &frame);
         if condition == NOMINAL {
+            let of = |level: Level| &planes[level as usize];
             figures.heat_maps(of(Level::Ideal), of(Level::Streaming), of(Level::BitTrue));
         }
-        let reference = Reference::of(of(Level::Streaming), bounds);
-        let Some(comparison) = reference.compare(of(Level::BitTrue), bounds) else { continue };
+        // What follows needs two of the levels, and the planes of the others are the larger part of the memory.
+        let mut kept = Level::MODELS
+            .into_iter()
+            .zip(planes)
+            .filter_map(|(level, planes)| [Level::Streaming, Level::BitTrue].contains(&level).then_some(planes));
+        let (Some(streaming), Some(bit_true)) = (kept.next(), kept.next()) else { continue };
+        ranges.see(levels, &frame);
+        let Some(comparison) = Reference::of(&streaming, bounds).compare(&bit_true, bounds) else { continue };
         let kept = comparison.scales.iter().map(|s| s.kept.within_one_px_percent).fold(f64::INFINITY, f64::min);
         if kept < worst_kept {
             worst_kept = kept;

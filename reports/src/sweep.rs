@@ -302,11 +302,10 @@ impl Bench<'_> {
                 if *condition == CONDITIONS[0] {
                     (self.step)(&format!("{}, word lengths", subject.name));
                 }
-                let test = levels.planes(Level::BitTrue, &frame);
-                if variant.has_own_streaming() {
-                    return Reference::of(&levels.planes(Level::Streaming, &frame), bounds).compare(&test, bounds);
-                }
-                reference.compare(&test, bounds)
+                let own = variant
+                    .has_own_streaming()
+                    .then(|| Reference::of(&levels.planes(Level::Streaming, &frame), bounds));
+                own.as_ref().unwrap_or(&reference).compare(&levels.planes(Level::BitTrue, &frame), bounds)
             };
             let place = format!("{}, {}", subject.name, condition.name);
             (*condition, place, variants.par_iter().map(compare).collect())
