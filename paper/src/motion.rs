@@ -270,8 +270,8 @@ fn drawing(pairs: &[Pair]) -> String {
         .enumerate()
         .map(|(i, name)| {
             format!(
-                "<text x=\"{}\" y=\"840\" fill=\"{}\">{EACH} pairs within {} px{name}</text>",
-                510 * i,
+                "<text y=\"{}\" fill=\"{}\">{EACH} pairs within {} px{name}</text>",
+                836 + 34 * i,
                 COLOURS[i],
                 DEVIATION_PX[i]
             )
@@ -279,7 +279,7 @@ fn drawing(pairs: &[Pair]) -> String {
         .collect();
     // Positions in CUR are up to 40 px outside the frame.
     format!(
-        "<svg viewBox=\"-40 -10 1110 870\" style=\"max-width:760px\" role=\"img\" aria-label=\"pairs of two \
+        "<svg viewBox=\"-40 -10 1110 900\" style=\"max-width:760px\" role=\"img\" aria-label=\"pairs of two \
          motions\" font-size=\"24\"><rect width=\"1024\" height=\"768\" fill=\"none\" \
          stroke=\"#9aa5b1\"/>{}{legend}</svg>",
         lines.concat()
