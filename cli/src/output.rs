@@ -226,8 +226,7 @@ impl Folder {
         let is_owner = owners.contains(&owner.as_str());
         let taken = files.iter().map(|name| path.join(name)).find(|file| !is_owner && file.exists());
         if let Some(file) = taken {
-            let other = if owners.is_empty() { "another program".to_owned() } else { owners.join(" or ") };
-            bail!("{}: was written by {other}; name another folder, or remove it", file.display());
+            bail!("{}: is not a file of {owner}; name another folder, or remove it", file.display());
         }
         let mut folder = Self::new(path)?;
         if owners.is_empty() {
