@@ -217,7 +217,7 @@ endmodule
             0 => vec![
                 mutant("point_11_position == 4'd12", "point_11_position == 4'd11"),
                 mutant("point_24 <= point_24_delayed_1", "point_24 <= point_25"),
-                mutant("points = {point_31, point_30,", "points = {point_30, point_31,"),
+                mutant("    point_31, point_30,", "    point_30, point_31,"),
             ],
             _ => vec![
                 mutant("point_14_position == 5'd28", "point_14_position == 5'd29"),
