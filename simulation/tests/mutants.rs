@@ -37,7 +37,7 @@ use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::emission::{committed, verilog::verilog};
 use hoverlock_simulation::{Fault, Job, Simulator, Streams, run};
 use mutation::{Kind, Mutant, Source};
-use port_bench::{ground, lattice, most, noise, scenarios::SCENARIOS};
+use port_bench::{abrupt::abrupt_changes, ground, lattice, most, noise, scenarios::SCENARIOS};
 use rand::{RngExt, SeedableRng, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
 
@@ -90,13 +90,18 @@ fn torture(design: &DesignPoint) -> Vec<Job> {
     jobs
 }
 
-/// The widest and the highest frame: they use the upper bits of positions and counters, which small frames do not.
-fn large(design: &DesignPoint) -> [Vec<Job>; 2] {
+/// Jobs for what the others leave, by name. The widest and the highest frame use the upper bits of positions and
+/// counters, which small frames do not. Abrupt changes move the automatic threshold in every way.
+fn further(design: &DesignPoint) -> [(&'static str, Vec<Job>); 3] {
     let thresholds = if *design == *KT27 { vec![60, 45] } else { vec![1; design.pairs()] };
     let job = |w: usize, h: usize, seed: u64| Job::of(design, ground(design, w, h, seed), thresholds.clone()).unwrap();
     let widest = design.width as usize;
     let points = Job::of(design, camera_samples(design, &lattice(widest, 64)), vec![1; design.pairs()]).unwrap();
-    [vec![job(widest - 24, 64, 1), points], vec![job(64, 2048, 3), job(64, 64, 4)]]
+    [
+        ("abrupt changes", abrupt_changes(design, 40, 23)),
+        ("large frames", vec![job(widest - 24, 64, 1), points]),
+        ("large frames", vec![job(64, 2048, 3), job(64, 64, 4)]),
+    ]
 }
 
 /// The stages that reports name, in the order of the pipeline; what is seen from outside only comes last.
@@ -141,7 +146,7 @@ fn stage_of(module: &str) -> usize {
 }
 
 /// Runs all checks on a model. Returns the first that failed and the stage it named.
-fn checks(simulator: &Simulator, jobs: &[Job], large: &[Vec<Job>; 2], module: &str) -> Option<(String, String)> {
+fn checks(simulator: &Simulator, jobs: &[Job], further: &[(&str, Vec<Job>)], module: &str) -> Option<(String, String)> {
     let chain = |check: &str, jobs: &[Job], pause: f64| {
         let streams = Streams { source_pause: pause, sink_pause: pause, ..Streams::default() };
         match run(simulator, jobs, streams) {
@@ -172,7 +177,7 @@ fn checks(simulator: &Simulator, jobs: &[Job], large: &[Vec<Job>; 2], module: &s
     if three_way::CHECKS.iter().chain(&three_way::structure::CHECKS).any(|(_, check)| fails(*check)) {
         return Some(("cell".into(), module.into()));
     }
-    large.iter().find_map(|jobs| chain("large frames", jobs, 0.0))
+    further.iter().find_map(|(name, jobs)| chain(name, jobs, 0.0))
 }
 
 struct Verdict {
@@ -232,10 +237,10 @@ fn survivors(design: &DesignPoint, name: &str, sample: usize, sources: &[Source]
         three_way::drive_others(&faulty, &folder);
     }
     let model = Simulator::of(design, &faulty).expect("the faults build");
-    let (jobs, large) = (torture(design), large(design));
+    let (jobs, further) = (torture(design), further(design));
     let choose = |number: usize| model.clone().with_plusargs(vec![format!("+MUTANT={number}")]);
     // The control: with no fault chosen nothing is found.
-    assert_eq!(checks(&choose(0), &jobs, &large, "lerp"), None);
+    assert_eq!(checks(&choose(0), &jobs, &further, "lerp"), None);
     // A failed check panics; every mutant that is found makes one.
     std::panic::set_hook(Box::new(|_| ()));
 
@@ -248,7 +253,7 @@ fn survivors(design: &DesignPoint, name: &str, sample: usize, sources: &[Source]
                     let at = next.fetch_add(1, Ordering::Relaxed);
                     let Some(mutant) = mutants.get(at) else { break };
                     let found =
-                        catch_unwind(AssertUnwindSafe(|| checks(&choose(at + 1), &jobs, &large, &mutant.module)))
+                        catch_unwind(AssertUnwindSafe(|| checks(&choose(at + 1), &jobs, &further, &mutant.module)))
                             .unwrap_or_else(|_| Some(("bench".into(), "stopped".into())));
                     let why = if *design == *KT27 { reason } else { reason_in_another_design };
                     let reason = found.is_none().then(|| why(sources, mutant)).flatten();
@@ -413,14 +418,14 @@ fn each_of_thirty_faults_is_found_by_a_proof_or_a_test() {
     let faulty = mutation::write(&folder, &sources, &mutants);
     three_way::drive_others(&faulty, &folder);
     let model = Simulator::of(&KT27, &faulty).expect("the faults build");
-    let (jobs, large) = (torture(&KT27), large(&KT27));
+    let (jobs, further) = (torture(&KT27), further(&KT27));
     let choose = |number: usize| model.clone().with_plusargs(vec![format!("+MUTANT={number}")]);
-    assert_eq!(checks(&choose(0), &jobs, &large, "lerp"), None);
+    assert_eq!(checks(&choose(0), &jobs, &further, "lerp"), None);
     std::panic::set_hook(Box::new(|_| ()));
     let mut rows = String::new();
     let (mut by_claims, mut by_tests, mut open) = (0, 0, Vec::new());
     for (at, (mutant, proof)) in mutants.iter().zip(&proofs).enumerate() {
-        let found = catch_unwind(AssertUnwindSafe(|| checks(&choose(at + 1), &jobs, &large, &mutant.module)))
+        let found = catch_unwind(AssertUnwindSafe(|| checks(&choose(at + 1), &jobs, &further, &mutant.module)))
             .unwrap_or_else(|_| Some(("bench".into(), "stopped".into())));
         let seen = proof.contains("refuted") || proof.contains("unproved");
         by_claims += usize::from(seen);
