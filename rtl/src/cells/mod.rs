@@ -10,7 +10,7 @@
 //!   is in steps.
 //! - Port names have no direction suffix. A signal `x_1` or `x_delayed_1` is `x` one step later.
 //! - The first line of a cell's Verilog names its module. Equal cells become one module of that name. A family is named
-//!   with the numbers of the cell ([`of_family`]).
+//!   with the numbers of the cell.
 
 pub mod address;
 pub mod bank;
