@@ -244,6 +244,7 @@ fn survivors(design: &DesignPoint, name: &str, sample: usize, sources: &[Source]
     // A failed check panics; every mutant that is found makes one.
     std::panic::set_hook(Box::new(|_| ()));
 
+    let proof = |mutant: &Mutant| (*design != *KT27).then(|| proof_of_default(mutant)).flatten();
     let next = AtomicUsize::new(0);
     let verdicts: Mutex<Vec<(usize, Verdict)>> = Mutex::default();
     std::thread::scope(|scope| {
@@ -256,7 +257,7 @@ fn survivors(design: &DesignPoint, name: &str, sample: usize, sources: &[Source]
                         catch_unwind(AssertUnwindSafe(|| checks(&choose(at + 1), &jobs, &further, &mutant.module)))
                             .unwrap_or_else(|_| Some(("bench".into(), "stopped".into())));
                     let why = if *design == *KT27 { reason } else { reason_in_another_design };
-                    let reason = found.is_none().then(|| why(sources, mutant)).flatten();
+                    let reason = found.is_none().then(|| why(sources, mutant).or_else(|| proof(mutant))).flatten();
                     let said = match (&found, &reason) {
                         (Some((check, stage)), _) => format!("{check}: {stage}"),
                         (None, Some(reason)) => format!("survives, {reason}"),
@@ -460,6 +461,19 @@ fn each_of_thirty_faults_is_found_by_a_proof_or_a_test() {
         std::fs::write(root.join(path), text).unwrap();
     }
     assert!(open.is_empty(), "found by nothing:\n{}", open.join("\n"));
+}
+
+/// The claim that sees the same fault in the default design, whose claims are stated of any design.
+fn proof_of_default(mutant: &Mutant) -> Option<String> {
+    let sources = mutation::read(&committed().unwrap());
+    let is_same = |other: &Mutant| {
+        (&other.file, other.kind, &other.original, &other.fault)
+            == (&mutant.file, mutant.kind, &mutant.original, &mutant.fault)
+    };
+    let same = mutation::all(&sources).into_iter().find(is_same)?;
+    let proof = by_proof(&sources, &same);
+    let seen = proof.contains("refuted") || proof.contains("unproved");
+    seen.then(|| format!("the tests alone: in the default design {proof}"))
 }
 
 /// The first claim that sees a fault, or which ones hold with it.
