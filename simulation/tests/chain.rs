@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 use hoverlock_design::KT27;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_simulation::{Fault, Job, Outcome, Simulator, Streams, run};
-use port_bench::abrupt::{abrupt_changes, thresholds_moved};
+use port_bench::abrupt::{abrupt_changes, targets_within_bins, thresholds_moved};
 use port_bench::{lattice, noise};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -89,6 +89,7 @@ fn thresholds_follow_abrupt_changes_of_the_smallest_frames() {
     let outcome = exact(&abrupt_changes(&KT27, 150, 1), Streams::default());
     assert!(thresholds_moved(&outcome) > 60, "{outcome:#?}");
     exact(&abrupt_changes(&KT27, 60, 2), Streams { source_pause: 0.3, sink_pause: 0.3, ..Streams::default() });
+    exact(&targets_within_bins(&KT27, 12, 3), Streams::default());
 }
 
 #[test]

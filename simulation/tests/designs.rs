@@ -11,7 +11,7 @@ use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_pictures::{Picture, data_dir};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_simulation::{Fault, Job, Outcome, Simulator, Streams, Trace, run};
-use port_bench::abrupt::{abrupt_changes, thresholds_moved};
+use port_bench::abrupt::{abrupt_changes, targets_within_bins, thresholds_moved};
 use port_bench::noise;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -88,6 +88,7 @@ fn shipped_is_exact(name: &str) {
     let outcome = exact(&simulator, &abrupt_changes(&design, 60, 26), Streams::default());
     assert!(thresholds_moved(&outcome) > 20, "{outcome:#?}");
     exact(&simulator, &abrupt_changes(&design, 40, 27), paused(4));
+    exact(&simulator, &targets_within_bins(&design, 12, 28), paused(5));
 }
 
 /// A design that has a model and hardware, with everything drawn.

@@ -37,7 +37,7 @@ use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::emission::{committed, verilog::verilog};
 use hoverlock_simulation::{Fault, Job, Simulator, Streams, run};
 use mutation::{Kind, Mutant, Source};
-use port_bench::{abrupt::abrupt_changes, ground, lattice, most, noise, scenarios::SCENARIOS};
+use port_bench::{abrupt::targets_within_bins, ground, lattice, most, noise, scenarios::SCENARIOS};
 use rand::{RngExt, SeedableRng, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
 
@@ -91,14 +91,14 @@ fn torture(design: &DesignPoint) -> Vec<Job> {
 }
 
 /// Jobs for what the others leave, by name. The widest and the highest frame use the upper bits of positions and
-/// counters, which small frames do not. Abrupt changes move the automatic threshold in every way.
+/// counters, which small frames do not. Drawn targets put the automatic threshold between the edges of bins.
 fn further(design: &DesignPoint) -> [(&'static str, Vec<Job>); 3] {
     let thresholds = if *design == *KT27 { vec![60, 45] } else { vec![1; design.pairs()] };
     let job = |w: usize, h: usize, seed: u64| Job::of(design, ground(design, w, h, seed), thresholds.clone()).unwrap();
     let widest = design.width as usize;
     let points = Job::of(design, camera_samples(design, &lattice(widest, 64)), vec![1; design.pairs()]).unwrap();
     [
-        ("abrupt changes", abrupt_changes(design, 40, 23)),
+        ("targets", targets_within_bins(design, 12, 23)),
         ("large frames", vec![job(widest - 24, 64, 1), points]),
         ("large frames", vec![job(64, 2048, 3), job(64, 64, 4)]),
     ]
@@ -244,7 +244,6 @@ fn survivors(design: &DesignPoint, name: &str, sample: usize, sources: &[Source]
     // A failed check panics; every mutant that is found makes one.
     std::panic::set_hook(Box::new(|_| ()));
 
-    let proof = |mutant: &Mutant| (*design != *KT27).then(|| proof_of_default(mutant)).flatten();
     let next = AtomicUsize::new(0);
     let verdicts: Mutex<Vec<(usize, Verdict)>> = Mutex::default();
     std::thread::scope(|scope| {
@@ -257,7 +256,7 @@ fn survivors(design: &DesignPoint, name: &str, sample: usize, sources: &[Source]
                         catch_unwind(AssertUnwindSafe(|| checks(&choose(at + 1), &jobs, &further, &mutant.module)))
                             .unwrap_or_else(|_| Some(("bench".into(), "stopped".into())));
                     let why = if *design == *KT27 { reason } else { reason_in_another_design };
-                    let reason = found.is_none().then(|| why(sources, mutant).or_else(|| proof(mutant))).flatten();
+                    let reason = found.is_none().then(|| why(sources, mutant)).flatten();
                     let said = match (&found, &reason) {
                         (Some((check, stage)), _) => format!("{check}: {stage}"),
                         (None, Some(reason)) => format!("survives, {reason}"),
@@ -461,19 +460,6 @@ fn each_of_thirty_faults_is_found_by_a_proof_or_a_test() {
         std::fs::write(root.join(path), text).unwrap();
     }
     assert!(open.is_empty(), "found by nothing:\n{}", open.join("\n"));
-}
-
-/// The claim that sees the same fault in the default design, whose claims are stated of any design.
-fn proof_of_default(mutant: &Mutant) -> Option<String> {
-    let sources = mutation::read(&committed().unwrap());
-    let is_same = |other: &Mutant| {
-        (&other.file, other.kind, &other.original, &other.fault)
-            == (&mutant.file, mutant.kind, &mutant.original, &mutant.fault)
-    };
-    let same = mutation::all(&sources).into_iter().find(is_same)?;
-    let proof = by_proof(&sources, &same);
-    let seen = proof.contains("refuted") || proof.contains("unproved");
-    seen.then(|| format!("the tests alone: in the default design {proof}"))
 }
 
 /// The first claim that sees a fault, or which ones hold with it.

@@ -2,6 +2,7 @@
 
 use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::model::design::camera_samples;
+use hoverlock_reference::image::plane::Plane;
 use hoverlock_simulation::{Fault, Job, Outcome};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -33,6 +34,21 @@ pub fn abrupt_changes(design: &DesignPoint, frames: usize, seed: u64) -> Vec<Job
             2 => Fault::Clear(draw.random_range(1..4000)),
             _ => Fault::None,
         };
+        job
+    };
+    (0..frames).map(job).collect()
+}
+
+/// Frames in automatic mode with large responses and a target of their own each: the threshold is a quarter between the
+/// edges of a bin that has several maxima.
+pub fn targets_within_bins(design: &DesignPoint, frames: usize, seed: u64) -> Vec<Job> {
+    let mut draw = ChaCha8Rng::seed_from_u64(seed);
+    let job = |i: usize| {
+        let (grey, contrast) = (noise(40, 30, seed + i as u64), draw.random_range(0..3));
+        let square = |x: usize, y: usize| if grey.row(y / 4)[x / 4] & 0x100 != 0 { 0xffff >> contrast } else { 0 };
+        let pixels = camera_samples(design, &Plane::from_fn(160, 120, square));
+        let mut job = Job::of(design, pixels, vec![1; design.pairs()]).unwrap();
+        job.automatic = Some(draw.random_range(5..150));
         job
     };
     (0..frames).map(job).collect()
