@@ -217,7 +217,9 @@ fn design(args: &Args) -> Result<DesignPoint> {
 fn shape(design: &DesignPoint) -> Result<Shape> {
     let registers = registers(design)?;
     let resets = registers.iter().filter(|register| register.reset() != 0);
-    let texts: Vec<String> = verilog_of(design, None)?.iter().map(std::fs::read_to_string).collect::<Result<_, _>>()?;
+    let read =
+        |path: &PathBuf| std::fs::read_to_string(path).with_context(|| format!("{}: cannot be read", shown(path)));
+    let texts: Vec<String> = verilog_of(design, None)?.iter().map(read).collect::<Result<_>>()?;
     let texts = texts.iter().flat_map(|text| modules(text)).collect();
     let numbers = |variant: Variant| {
         let numbers =

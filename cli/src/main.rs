@@ -149,8 +149,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Returns the message of an error with its causes, in one line. A cause that a message already contains is not
-/// repeated.
+/// Returns the message of an error with its causes, in one line. A cause that is in the message already is left out.
 fn message(error: &anyhow::Error) -> String {
     error.chain().fold(String::new(), |text, cause| {
         // Libraries put each entry of a list on a line of its own, two columns in.

@@ -464,7 +464,7 @@ impl Mutation {
             })
             .filter(|(_, line)| *line > 0)
             .collect();
-        // An observer stands where the module ends.
+        // Observers are inserted at the end of the module.
         let observed = |(file, line): &(&str, usize)| {
             let text = sources.get(*file).map_or("", String::as_str);
             text.lines().position(|line| line.starts_with("endmodule")).unwrap_or_default() < *line

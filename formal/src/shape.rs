@@ -170,9 +170,8 @@ impl Shape {
         bits(self.width - 1)
     }
 
-    /// Returns a wrapper for this design: macros for its numbers, then the text with its blocks unrolled, where a line
-    /// that begins with `each pair` is repeated for each scale pair `{k}`, `{next}` the next, and `{pairs}` is their
-    /// number.
+    /// Returns a wrapper for this design: macros for its numbers, then the text with its blocks unrolled. A line that
+    /// begins with `each pair` is repeated for each of the `{pairs}` scale pairs: `{k}`, and `{next}` the one after it.
     pub(crate) fn wrapper(&self, text: &str) -> String {
         let resets: Vec<String> =
             self.resets.iter().map(|(address, value)| format!("6'd{address}: after_reset = 32'd{value};")).collect();

@@ -162,14 +162,16 @@ pub fn variants(texts: &BTreeMap<&str, &str>, top: &str) -> Vec<Variant> {
     variants
 }
 
+/// Returns the parameters of a module with the values of their defaults.
 fn defaults(text: &str) -> Vec<(String, i64)> {
-    let mut scope = Scope::new();
+    let (mut scope, mut found) = (Scope::new(), Vec::new());
     for (name, text) in parameters(text) {
         if let Some(value) = value(&text, &scope) {
-            scope.insert(name, value);
+            scope.insert(name.clone(), value);
+            found.push((name, value));
         }
     }
-    parameters(text).into_iter().filter_map(|(name, _)| scope.get(&name).map(|value| (name.clone(), *value))).collect()
+    found
 }
 
 /// The first line of an instance.

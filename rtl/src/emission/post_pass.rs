@@ -391,7 +391,7 @@ impl Pass<'_> {
     }
 }
 
-/// The head of a module, up to the end of its ports. The default of a parameter is 1: each instance gives its own.
+/// Returns the head of a module, up to the end of its ports. The default of a parameter is 1: instances give others.
 fn head(name: &str, parameters: &[(String, i64)], ports: &[Declaration], output: &str) -> String {
     let parameters: Vec<String> = parameters.iter().map(|(name, _)| format!("  parameter {name} = 1")).collect();
     let mut text = match parameters.is_empty() {
@@ -406,8 +406,10 @@ fn head(name: &str, parameters: &[(String, i64)], ports: &[Declaration], output:
     text + ");\n"
 }
 
-/// The module of a family with the parameters of a tag `NAME P=V ..`, and their texts. Its ports must be those of the
-/// cell.
+/// Returns the module of a family with the parameters of a tag `NAME P=V ..`, and their texts.
+///
+/// # Errors
+/// The family is unknown, or its ports are not those of the cell.
 fn of_family(printed: &str, tag: &str, ports: &[Declaration]) -> Result<(Variant, Vec<String>), EmissionError> {
     let unknown = || EmissionError::Unknown { module: printed.into(), line: tag.into() };
     let mut words = tag.split_whitespace();
