@@ -127,16 +127,19 @@ pub struct Instance {
 }
 
 /// Returns all instances of the modules of `texts` below the module `top`, the top first. Modules without a text are
-/// left out.
+/// left out, and so is an instance of a module in itself with the same numbers.
 pub fn instances(texts: &BTreeMap<&str, &str>, top: &str) -> Vec<Instance> {
     let top = Variant { module: top.into(), parameters: defaults(texts.get(top).copied().unwrap_or_default()) };
     let mut found = vec![Instance { path: String::new(), variant: top }];
+    // The instance that each is part of; that of the top is the top.
+    let mut parents = vec![0];
     let mut at = 0;
     while at < found.len() {
         let Instance { path, variant } = found[at].clone();
         let text = texts.get(variant.module.as_str()).copied().unwrap_or_default();
         let scope = variant.scope(text);
-        for line in text.lines() {
+        let above: Vec<usize> = std::iter::successors(Some(at), |at| (*at > 0).then(|| parents[*at])).collect();
+        for line in active(text, &scope).lines() {
             let Some(Head { module, given, name }) = instance(line) else { continue };
             let Some(its) = texts.get(module) else { continue };
             let mut parameters = defaults(its);
@@ -146,8 +149,13 @@ pub fn instances(texts: &BTreeMap<&str, &str>, top: &str) -> Vec<Instance> {
                     *old = new;
                 }
             }
+            let variant = Variant { module: module.into(), parameters };
+            if above.iter().any(|at| found[*at].variant == variant) {
+                continue;
+            }
             let path = if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
-            found.push(Instance { path, variant: Variant { module: module.into(), parameters } });
+            found.push(Instance { path, variant });
+            parents.push(at);
         }
         at += 1;
     }
@@ -187,7 +195,7 @@ pub struct Head<'a> {
 
 /// Reads the first line of an instance; `None` for any other line.
 pub fn instance(line: &str) -> Option<Head<'_>> {
-    let (head, name) = line.strip_suffix(" (")?.rsplit_once(' ')?;
+    let (head, name) = line.trim().strip_suffix(" (")?.rsplit_once(' ')?;
     let is_name = |text: &str| text.chars().all(is_of_name);
     let (module, given) = match head.split_once(" #(") {
         Some((module, given)) => (module, given.strip_suffix(')')?),
@@ -427,6 +435,12 @@ mod tests {
         ];
         assert_eq!(named, wanted.map(|(path, label)| (path, label.to_owned())));
         assert_eq!(variants(&texts, "top").len(), 6);
+        let tree = "module tree #(\n  parameter N = 8\n) (\n  input  wire clock\n);\ngenerate\n  \
+                    if (N > 1) begin : more\n    tree #(.N(N >> 1)) half (\n    );\n    \
+                    tree #(.N(N / 2)) unknown (\n    );\n  end\nendgenerate\n";
+        let found = instances(&BTreeMap::from([("tree", tree)]), "tree");
+        let paths: Vec<_> = found.iter().map(|it| it.path.as_str()).collect();
+        assert_eq!(paths, ["", "half", "half.half", "half.half.half"], "a number that is not known ends the walk");
         let port = &ports(delay)[1];
         assert_eq!((port.name.as_str(), port.width(&scope(&[("BITS", 18)]))), ("x", Some(18)));
     }
