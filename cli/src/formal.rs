@@ -12,7 +12,8 @@ use hoverlock_design::{DesignPoint, KT27, smoother_names};
 use hoverlock_fixed_point::analysis::bounds::Bounds;
 use hoverlock_fixed_point::model::bit_true::BitTrue;
 use hoverlock_fixed_point::model::stages::StageCoefficients;
-use hoverlock_formal::claim::Claim;
+use hoverlock_formal::claim::{Assumption, Claim};
+use hoverlock_formal::composition::{Composition, assumption_line};
 use hoverlock_formal::engine::Solver;
 use hoverlock_formal::prove::{Outcome, Place, Status, Task, run as prove};
 use hoverlock_formal::rounding::{self, Subject};
@@ -180,6 +181,9 @@ pub fn run(args: &Args) -> Result<Verdict> {
         let done = tasks.iter().map(|(claim, task)| (claim.name.as_str(), *task));
         let done: Vec<_> = done.chain(answers.iter().map(|(subject, task)| (subject.name(), *task))).collect();
         let mut text = table(&rows, &done, &results);
+        if args.names.is_empty() && args.design.is_none() {
+            text += &format!("\n## Composition\n\n{}", Composition::shipped()?.markdown());
+        }
         if subjects.contains(&Subject::Rounding) {
             text += &format!("\n## Worst-case errors\n\n{}", rounding_table(&design)?);
         }
@@ -401,7 +405,7 @@ fn all<T: Sync, R: Send>(
 struct Row<'a> {
     name: &'a str,
     statement: &'a str,
-    assumed: Vec<&'a str>,
+    assumed: Vec<Assumption>,
     /// How it is proved.
     how: String,
 }
@@ -412,13 +416,12 @@ impl<'a> Row<'a> {
             false => format!("induction, k = {}", claim.depth),
             true => format!("{} steps from reset", claim.depth),
         };
-        let assumed = claim.assumed.iter().map(String::as_str).collect();
-        Self { name: &claim.name, statement: &claim.statement, assumed, how }
+        Self { name: &claim.name, statement: &claim.statement, assumed: claim.assumed.clone(), how }
     }
 
     fn of_subject(subject: Subject) -> Self {
-        let assumed = subject.assumed().to_vec();
-        Self { name: subject.name(), statement: subject.statement(), assumed, how: "linear arithmetic".into() }
+        let how = "linear arithmetic".into();
+        Self { name: subject.name(), statement: subject.statement(), assumed: subject.assumed(), how }
     }
 }
 
@@ -454,7 +457,7 @@ fn table(rows: &[Row], done: &[(&str, Task)], results: &[Outcome]) -> String {
     for row in rows {
         text += &format!("- **`{}`** {}\n", row.name, row.statement);
         for assumed in &row.assumed {
-            text += &format!("  Assumed: {assumed}.\n");
+            text += &format!("  Assumed: {}.\n", assumption_line(assumed));
         }
     }
     text

@@ -31,18 +31,19 @@ module address_counter_properties (input clock);
   end
 
   always @(posedge clock) begin
-    assume (width >= 11'd64 && width <= `COLUMNS);
+    // A possible width, or none and no step until the first one.
+    assume ((width == 11'd0 && !advance) || (width >= 11'd64 && width <= `COLUMNS));
     if (!begun)
       assume (reset);
     else begin
-      inside: assert ({1'b0, address} < width_before);
+      inside: assert (width_before == 11'd0 || {1'b0, address} < width_before);
       copies: assert (delayed_1 == history[`X-1:0] && delayed_5 == history[4*`X +: `X]);
       whole: assert (\dut.delayed == history);
       if (was_reset)
         cleared: assert (address == 10'd0);
       else if (advanced && {1'b0, before} < width_before)
         counts: assert (address == ({1'b0, before} + 11'd1 == width_before ? 10'd0 : before + 10'd1));
-      else if (!advanced && {1'b0, before} < width_before)
+      else if (!advanced && (width_before == 11'd0 || {1'b0, before} < width_before))
         waits: assert (address == before);
       else
         narrowed: assert (address == 10'd0);

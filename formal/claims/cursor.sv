@@ -37,7 +37,9 @@ module cursor_properties (input clock);
 
   always @(posedge clock) begin
     if (!begun) assume (reset);
-    assume (width >= 11'd64 && width <= `COLUMNS && height >= 12'd64 && height <= 12'd2048);
+    // A possible size, or none and no step until the first one.
+    assume ((width == 11'd0 && height == 12'd0 && !advance)
+      || (width >= 11'd64 && width <= `COLUMNS && height >= 12'd64 && height <= 12'd2048));
     if (begun) begin
       if (inside) assume (width == width_before && height == height_before);
       active_in_frame: assert (active == inside);

@@ -29,8 +29,11 @@ module eligible_properties (input clock);
   wire inside = x >= 10'd18 && {2'd0, x} + 12'd18 < {1'b0, width_before} && y >= 11'd18
     && {2'd0, y} + 13'd18 < {1'b0, height_before};
   always @(posedge clock) begin
-    assume (width >= 11'd64 && width <= `COLUMNS && height >= 12'd64 && height <= 12'd2048);
+    // A possible size, or none and no frame until the clock after the first one.
+    assume ((width == 11'd0 && height == 12'd0 && !active)
+      || (width >= 11'd64 && width <= `COLUMNS && height >= 12'd64 && height <= 12'd2048));
     if (begun) begin
+      if (width_before == 11'd0) assume (!active);
       ring_inside: assert (eligible == (active && inside));
       last_step: assert (!stepped || position == last_position);
       found: cover (eligible && x == 10'd18);

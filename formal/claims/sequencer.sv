@@ -238,6 +238,7 @@ module sequencer_properties (input clock);
       begins_once: assert (!\dut.begins || (!inside && sized && settled));
       stable: assert (was_reset || (width == was_width && height == was_height) || was_idle_and_drained);
       size: assert (sized || (\dut.settle == 2'd0 && width == 11'd0 && height == 12'd0));
+      no_step_without_a_size: assert (sized || (!advance && !ever));
       settling: assert (width == 11'd0 || \dut.settle == 2'd3 || settled);
       // After a start of packet inside a frame the frame is padded from the next clock on; nothing else blocks the beat.
       progress: assert (was_reset || !was_waiting || \dut.state == PAD);

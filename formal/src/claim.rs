@@ -40,6 +40,21 @@ pub struct Hole {
     pub reason: String,
 }
 
+/// An assumption of a claim, and what guarantees it: assertions of other claims, a rule, or a hole of the proof.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Assumption {
+    /// The assumption in words.
+    pub text: String,
+    /// Assertions that guarantee it, as `claim.label`, or `claim` for a claim about numbers.
+    #[serde(default)]
+    pub by: Vec<String>,
+    /// Name of the rule of the composition that the integrator keeps.
+    pub rule: Option<String>,
+    /// Number of the hole in formal/README.md that is left.
+    pub hole: Option<u32>,
+}
+
 /// The physical unit of an input, for counter-examples.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -104,9 +119,9 @@ pub struct Claim {
     /// Sources whose mutations another claim answers for: file name, and name of that claim.
     #[serde(default)]
     pub elsewhere: BTreeMap<String, String>,
-    /// Assumptions of the claim, in words.
+    /// Assumptions of the claim.
     #[serde(default)]
-    pub assumed: Vec<String>,
+    pub assumed: Vec<Assumption>,
     /// Units of the inputs of the wrapper, for counter-examples.
     #[serde(default)]
     pub units: BTreeMap<String, Unit>,

@@ -11,6 +11,7 @@
 //! |---|---|
 //! | [`claim`] | a claim: statement, properties and parameters of the proof |
 //! | [`shipped`] | the claims about the emitted Verilog |
+//! | [`composition`] | the claims as one theorem, with what guarantees each assumption |
 //! | [`shape`] | the numbers of a design that claims depend on |
 //! | `wiring` | generates the claim about connections from a table |
 //! | `ring` | generates the claims about the ring points |
@@ -23,6 +24,7 @@
 //! | [`rounding`] | worst-case errors and saturation, from the coefficients of a design |
 
 pub mod claim;
+pub mod composition;
 pub mod coverage;
 pub mod engine;
 mod library;

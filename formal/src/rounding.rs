@@ -22,6 +22,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
+use crate::claim::Assumption;
 use crate::engine::{EngineError, Solver, at_path};
 use crate::prove::{Outcome, Status, Task};
 
@@ -83,14 +84,20 @@ impl Subject {
         }
     }
 
-    /// Returns the assumptions in words.
-    pub fn assumed(self) -> &'static [&'static str] {
+    /// Returns the assumptions.
+    pub fn assumed(self) -> Vec<Assumption> {
+        let by = |text: &str, assertion: &str| Assumption {
+            text: text.into(),
+            by: vec![assertion.into()],
+            ..Assumption::default()
+        };
+        let computed = "half the L1 norm of the kernels' difference is computed in integers, rounded outward, not by \
+                        the solver";
         match self {
-            Self::Rounding => &["a stage errs by at most half an LSB (claim `lerp`)"],
-            Self::Saturation => &[
-                "the bounds of claim `rounding`",
-                "half the L1 norm of the kernels' difference is computed in integers, rounded outward, and not by the \
-                 solver",
+            Self::Rounding => vec![by("a stage errs by at most half an LSB", "lerp.half_lsb")],
+            Self::Saturation => vec![
+                by("the worst-case errors", "rounding"),
+                Assumption { text: computed.into(), hole: Some(7), ..Assumption::default() },
             ],
         }
     }
