@@ -65,7 +65,7 @@ checks:
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path python/Cargo.toml
 	$(PYTHON) -m pytest --quiet -rs -n 2 harness/python/tests python/tests
-	$(PYTHON) -m pytest --quiet -rs setup/tests
+	$(PYTHON) -m pytest --quiet -rs -n 2 --dist loadgroup setup/tests
 	.venv/bin/maturin build --quiet --locked --manifest-path harness/python/Cargo.toml --out out/wheels
 	$(PYTHON) setup/suites.py --fast
 

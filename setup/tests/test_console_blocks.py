@@ -18,7 +18,7 @@ BLOCK = re.compile(r"(?P<comment><!-- not run: [^>]+ -->\n)?```console\n(?P<text
 # A number with a unit of time or speed.
 MEASURED = re.compile(r"\d+(\.\d+)?(?= (million cycles a second|ms|s|MiB)\b)")
 # Notes of work that a later run does not repeat, and progress that a faster machine does not print: no part of a document.
-NOTE = re.compile(r"hoverlock: (building|compiling|making|\d+ of \d+ (steps|designs settled);)")
+NOTE = re.compile(r"hoverlock: (building|compiling|making|\d+ of \d+ \w+|\d+ flights;)")
 # As the crate `hoverlock-cache` decides it.
 CACHE = Path(os.environ.get("HOVERLOCK_CACHE") or Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "hoverlock")
 PICTURES = CACHE.resolve() / "pictures"
@@ -32,7 +32,9 @@ def blocks():
         for match in BLOCK.finditer(text):
             if not match["comment"]:
                 line = text.count("\n", 0, match.start("text")) + 1
-                yield pytest.param(match["text"], id=f"{document.relative_to(ROOT)}:{line}")
+                # The blocks of a document use the files of those above them: one worker runs them in order.
+                marks = pytest.mark.xdist_group(document.name)
+                yield pytest.param(match["text"], id=f"{document.relative_to(ROOT)}:{line}", marks=marks)
 
 
 def matches(expected: list[str], printed: list[str]) -> bool:
