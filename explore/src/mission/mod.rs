@@ -345,7 +345,8 @@ impl Mission {
         let checks = best.features.as_ref()?;
         let check = |of: &CheckOutcome| match (of.measured, of.limit) {
             (Some(measured), Some(limit)) => {
-                format!("{} {measured:.3} {}, limit {limit} ({})", of.check, of.unit, of.place)
+                let unit = if of.unit.is_empty() { String::new() } else { format!(" {}", of.unit) };
+                format!("{} {measured:.3}{unit}, limit {limit}{unit} ({})", of.check, of.place)
             }
             _ => format!("{} ({})", of.check, of.place),
         };
