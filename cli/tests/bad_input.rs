@@ -177,9 +177,12 @@ fn report_refuses_bad_configurations() {
     let pictures = Pictures::new();
     let good = pictures.path("gray.png");
     let out = pictures.path("out");
-    for (setting, named) in
-        [("sigmas=[nan, 3.2, 5.12]", "sigmas"), ("sigmas=[0.0, 3.2, 5.12]", "sigmas"), ("nonsense=1", "nonsense")]
-    {
+    for (setting, named) in [
+        ("sigmas=[nan, 3.2, 5.12]", "sigmas"),
+        ("sigmas=[0.0, 3.2, 5.12]", "sigmas"),
+        ("nonsense=1", "nonsense"),
+        ("dog_bits", "--config: dog_bits is neither KEY=VALUE nor a configuration file"),
+    ] {
         assert_refused(&["report", &good, "--out", &out, "--config", setting], named);
     }
     let file = pictures.path("design.toml");

@@ -16,6 +16,9 @@ pub enum LoadError {
         names = names()
     )]
     Unknown(PathBuf),
+    /// A change is neither `KEY=VALUE` nor a file.
+    #[error("{} is neither KEY=VALUE nor a configuration file", .0.display())]
+    NeitherChangeNorFile(PathBuf),
     /// The path is a folder, a device or a FIFO.
     #[error("{path}: the {kind} is not a regular file")]
     NotAFile {
@@ -76,6 +79,7 @@ impl DesignPoint {
         let path = Path::new(change);
         match change.to_str() {
             Some(change) if change.contains('=') && !path.exists() => Ok(self.with_override(change)?),
+            _ if !path.exists() => Err(LoadError::NeitherChangeNorFile(path.into())),
             _ => {
                 let text = read(path, "configuration")?;
                 self.with_toml(&text).map_err(|source| LoadError::File { path: path.into(), source })
@@ -137,5 +141,11 @@ mod tests {
         assert_eq!((&*design.look_ahead, design.dog_bits), (&[5, 5, 5][..], 14));
         let error = DesignPoint::load_or_change("dog_bits=14,state=u16.1, dog_bits=15").unwrap_err().to_string();
         assert_eq!(error, "the key `dog_bits` is changed twice; give each key once");
+    }
+
+    #[test]
+    fn a_change_that_is_neither_a_value_nor_a_file_says_what_it_should_be() {
+        let error = KT27.with_change(OsStr::new("dog_bits")).unwrap_err().to_string();
+        assert_eq!(error, "dog_bits is neither KEY=VALUE nor a configuration file");
     }
 }
