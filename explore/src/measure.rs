@@ -145,7 +145,7 @@ impl<'a> Bench<'a> {
                 }
                 let condition = CONDITIONS[condition];
                 let frame = condition.apply(&self.subjects[picture].frame, bounds.seeds.of(&condition));
-                let reference = Reference::of(&levels.planes(Level::Streaming, &frame), bounds);
+                let reference = Reference::of(levels.planes(Level::Streaming, &frame), bounds);
                 self.last = Some((filters, part, frame, reference));
             }
             Part::Motion(picture) => {
@@ -162,9 +162,10 @@ impl<'a> Bench<'a> {
         let (bounds, place) = (Bounds::acceptance(), self.name(part));
         match part {
             Part::Frame(..) => {
-                let compared = self.last.as_ref().and_then(|(_, _, frame, reference)| {
-                    reference.compare(&levels.planes(Level::BitTrue, frame), bounds)
-                });
+                let compared = self
+                    .last
+                    .as_ref()
+                    .and_then(|(_, _, frame, reference)| reference.compare_bit_true(levels, frame, bounds));
                 if let Some(reason) = compared.as_ref().and_then(|compared| compared.unfit(bounds)) {
                     return PartOutcome::unfit(&place, reason);
                 }

@@ -96,7 +96,7 @@ fn the_threshold_gives_both_levels_the_same_number_of_features() {
     for plane in test.dog.iter_mut().chain(&mut test.max_dog) {
         *plane = plane.map(|dn| (dn / dog_lsb()).round() * dog_lsb());
     }
-    let comparison = Reference::of(&reference, bounds).compare(&test, bounds).unwrap();
+    let comparison = Reference::of(reference, bounds).compare(&test, bounds).unwrap();
     for scale in &comparison.scales {
         assert!(scale.interior.reference_rms < 200.0, "the contrast must be low: {}", scale.interior.reference_rms);
         assert!(scale.interior.max.abs() <= 0.5 + 1e-9);

@@ -150,7 +150,7 @@ pub(crate) fn rows(
 /// Compares `recursive` with `ideal` on a frame; `None` where the frame is unfit to judge a smoother.
 fn compare(levels: &Levels, frame: &Plane<u16>, bounds: &Bounds) -> Option<Approximation> {
     let (ideal, test) = (levels.planes(Level::Ideal, frame), levels.planes(Level::Recursive, frame));
-    let (wanted, found) = (Reference::of(&ideal, bounds), Reference::of(&test, bounds));
+    let (wanted, found) = (Reference::of(ideal.clone(), bounds), Reference::of(test.clone(), bounds));
     let kept: Vec<Kept> =
         (0..ideal.rings.len()).map(|k| Kept::between(wanted.features(), found.features(), k as u8)).collect();
     if kept.iter().any(|kept| kept.reference < bounds.features.minimum) {

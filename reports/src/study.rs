@@ -411,36 +411,10 @@ fn measure_picture(levels: &Levels, subject: &Subject, bounds: &Bounds, step: &(
     let mut worst_kept = f64::INFINITY;
     for (condition, frame) in CONDITIONS.into_iter().zip(frames(subject)) {
         let seed = bounds.seeds.of(&condition);
-        let planes: Vec<LevelPlanes> = Level::MODELS.par_iter().map(|&level| levels.planes(level, &frame)).collect();
-        let pairs = [
-            (Level::Recursive, Level::Ideal, Kind::Approximation),
-            (Level::Streaming, Level::Ideal, Kind::Approximation),
-            (Level::Quantised, levels.unrounded(), Kind::Quantisation),
-            (Level::BitTrue, Level::Streaming, Kind::Quantisation),
-        ];
-        let measure_stage = |stage: Stage| {
-            let planes: Vec<Cow<'_, Plane<f64>>> = planes.iter().map(|planes| stage.plane(planes)).collect();
-            let measure = |(test, reference, kind): (Level, Level, Kind)| {
-                let (reference, tested) = (&planes[reference as usize], &planes[test as usize]);
-                let error = ErrorStatistics::between(reference, tested, stage.lsb(), bounds.interior)?;
-                let (picture, condition) = (subject.name.clone(), condition.name);
-                Some((test, Measurement { picture, condition, stage, kind, lsb_dn: stage.lsb(), error }))
-            };
-            pairs.into_iter().filter_map(measure).collect::<Vec<_>>()
-        };
-        errors.par_extend(Stage::all(levels.design()).into_par_iter().flat_map_iter(measure_stage));
-        if condition == NOMINAL {
-            let of = |level: Level| &planes[level as usize];
-            figures.heat_maps(of(Level::Ideal), of(Level::Streaming), of(Level::BitTrue));
-        }
-        // What follows needs two of the levels, and the planes of the others are the larger part of the memory.
-        let mut kept = Level::MODELS
-            .into_iter()
-            .zip(planes)
-            .filter_map(|(level, planes)| [Level::Streaming, Level::BitTrue].contains(&level).then_some(planes));
-        let (Some(streaming), Some(bit_true)) = (kept.next(), kept.next()) else { continue };
+        let reference = measure_levels(levels, &frame, (subject, condition), &mut errors, &mut figures);
+        let compared = Reference::of(reference, bounds).compare_bit_true(levels, &frame, bounds);
         ranges.see(levels, &frame);
-        let Some(comparison) = Reference::of(&streaming, bounds).compare(&bit_true, bounds) else { continue };
+        let Some(comparison) = compared else { continue };
         let kept = comparison.scales.iter().map(|s| s.kept.within_one_px_percent).fold(f64::INFINITY, f64::min);
         if kept < worst_kept {
             worst_kept = kept;
@@ -463,6 +437,46 @@ fn measure_picture(levels: &Levels, subject: &Subject, bounds: &Bounds, step: &(
         errors,
         ranges,
     }
+}
+
+/// Measures every stage of every level on a frame, adds the errors, draws the maps of the nominal condition, and returns
+/// the planes of `streaming`.
+///
+/// The planes of a level are the report's largest memory, so at most three levels are there at a time.
+fn measure_levels(
+    levels: &Levels,
+    frame: &Plane<u16>,
+    (subject, condition): (&Subject, Condition),
+    errors: &mut Vec<(Level, Measurement)>,
+    figures: &mut Figures,
+) -> LevelPlanes {
+    let planes = |level: Level| levels.planes(level, frame);
+    let mut measure = |level: Level, kind: Kind, tested: &LevelPlanes, reference: &LevelPlanes| {
+        let of_stage = |stage: Stage| {
+            let (reference, tested) = (stage.plane(reference), stage.plane(tested));
+            let error = ErrorStatistics::between(&reference, &tested, stage.lsb(), Bounds::acceptance().interior)?;
+            let (picture, condition) = (subject.name.clone(), condition.name);
+            Some((level, Measurement { picture, condition, stage, kind, lsb_dn: stage.lsb(), error }))
+        };
+        errors.par_extend(Stage::all(levels.design()).into_par_iter().filter_map(of_stage));
+    };
+    let (ideal, recursive) = rayon::join(|| planes(Level::Ideal), || planes(Level::Recursive));
+    measure(Level::Recursive, Kind::Approximation, &recursive, &ideal);
+    if levels.unrounded() == Level::Recursive {
+        measure(Level::Quantised, Kind::Quantisation, &planes(Level::Quantised), &recursive);
+    }
+    drop(recursive);
+    let streaming = planes(Level::Streaming);
+    measure(Level::Streaming, Kind::Approximation, &streaming, &ideal);
+    if levels.unrounded() == Level::Streaming {
+        measure(Level::Quantised, Kind::Quantisation, &planes(Level::Quantised), &streaming);
+    }
+    let bit_true = planes(Level::BitTrue);
+    measure(Level::BitTrue, Kind::Quantisation, &bit_true, &streaming);
+    if condition == NOMINAL {
+        figures.heat_maps(&ideal, &streaming, &bit_true);
+    }
+    streaming
 }
 
 fn check(levels: &Levels, pictures: &[PictureStudy], bounds: &Bounds) -> Vec<BoundRow> {

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::check_outcome::CheckOutcome;
-use crate::study::{MOTIONS, Subject};
+use crate::study::Subject;
 
 /// Fraction bits of the coefficients in the sweep, beside those of the design.
 const COEFFICIENT_FRACTION_BITS: [i8; 6] = [8, 10, 12, 14, 16, 18];
@@ -240,7 +240,15 @@ pub fn with_dog_bits(base: &DesignPoint, bits: u32) -> DesignPoint {
 /// Returns the number of progress steps of [`Bench::run`] for each picture: each value that is measured, on frames and
 /// on motions.
 pub(crate) fn steps(design: &DesignPoint) -> usize {
-    2 * variants(design).iter().filter(|variant| variant.is_measured()).count()
+    let variants = variants(design);
+    2 * (0..variants.len()).filter(|&i| variants[i].is_measured() && measured_as(&variants, i) == i).count()
+}
+
+/// Returns the index of the variant that is measured for a variant: the design itself is a value of every word, and is
+/// measured once.
+fn measured_as(variants: &[Variant], index: usize) -> usize {
+    let chosen = variants.iter().position(|variant| variant.chosen);
+    chosen.filter(|_| variants[index].chosen).unwrap_or(index)
 }
 
 /// The worst picture and scale of each measure, as the checks take them.
@@ -252,7 +260,7 @@ struct Worst {
     moved_percent: f64,
 }
 
-/// One subject under one condition, and the comparison of every variant on it.
+/// One subject under one condition, and the comparison of every variant that is measured on it.
 type OnFrame = (Condition, String, Vec<Option<Comparison>>);
 
 /// What the alternatives are measured on and compared with.
@@ -274,11 +282,16 @@ impl Bench<'_> {
     pub(crate) fn run(&self) -> Result<(Vec<Sweep>, Vec<Alternative>), CoefficientError> {
         let variants = variants(self.design);
         let frames = self.compare(&variants)?;
-        let mut alternatives: Vec<Alternative> = variants
+        let checks: Vec<Vec<CheckOutcome>> = variants
             .par_iter()
             .enumerate()
-            .map(|(index, variant)| self.alternative(variant, &checks_on_frames(variant, index, &frames)))
+            .map(|(index, variant)| {
+                let is_measured = measured_as(&variants, index) == index;
+                is_measured.then(|| self.checks(variant, checks_on_frames(variant, index, &frames))).unwrap_or_default()
+            })
             .collect();
+        let alternative = |(index, variant)| self.alternative(variant, &checks[measured_as(&variants, index)]);
+        let mut alternatives: Vec<Alternative> = variants.iter().enumerate().map(alternative).collect();
         // What passes comes first, the cheapest at the top; then what fails, the closest to its limit first.
         alternatives.sort_by(|a, b| {
             let used = |of: &Alternative| of.worst.as_ref().filter(|_| !of.pass).map_or(0.0, |worst| worst.used);
@@ -296,34 +309,34 @@ impl Bench<'_> {
             self.subjects.iter().flat_map(|subject| CONDITIONS.map(|condition| (subject, condition))).collect();
         let on_frame = |(subject, condition): &(&Subject, Condition)| {
             let frame = condition.apply(&subject.frame, bounds.seeds.of(condition));
-            let reference = Reference::of(&exact.planes(Level::Streaming, &frame), bounds);
-            let compare = |variant: &Variant| {
-                let levels = variant.levels.as_ref().filter(|_| variant.is_measured())?;
+            let reference = Reference::of(exact.planes(Level::Streaming, &frame), bounds);
+            let compare = |(index, variant): (usize, &Variant)| {
+                let is_measured = variant.is_measured() && measured_as(variants, index) == index;
+                let levels = variant.levels.as_ref().filter(|_| is_measured)?;
                 if *condition == CONDITIONS[0] {
                     (self.step)(&format!("{}, word lengths", subject.name));
                 }
-                let own = variant
-                    .has_own_streaming()
-                    .then(|| Reference::of(&levels.planes(Level::Streaming, &frame), bounds));
-                own.as_ref().unwrap_or(&reference).compare(&levels.planes(Level::BitTrue, &frame), bounds)
+                let own =
+                    variant.has_own_streaming().then(|| Reference::of(levels.planes(Level::Streaming, &frame), bounds));
+                let mut compared = own.as_ref().unwrap_or(&reference).compare_bit_true(levels, &frame, bounds)?;
+                // No table of the alternatives has single features, and all pictures are kept to the end.
+                compared.scales.iter_mut().for_each(|scale| scale.kept.fates = Vec::new());
+                Some(compared)
             };
             let place = format!("{}, {}", subject.name, condition.name);
-            (*condition, place, variants.par_iter().map(compare).collect())
+            (*condition, place, variants.par_iter().enumerate().map(compare).collect())
         };
         Ok(jobs.iter().map(on_frame).collect())
     }
 
-    /// Judges a variant by the checks of its report. The known motions take the longest, so they are estimated only if
+    /// Returns the checks of the report of a variant. The known motions take the longest, so they are estimated only if
     /// all other checks pass.
-    fn alternative(&self, variant: &Variant, on_frames: &[CheckOutcome]) -> Alternative {
-        let mut checks = on_frames.to_vec();
+    fn checks(&self, variant: &Variant, mut checks: Vec<CheckOutcome>) -> Vec<CheckOutcome> {
         let bounds = Bounds::acceptance();
         let measured = variant.levels.as_ref().filter(|_| variant.is_measured());
         for (subject, motions) in self.subjects.iter().zip(self.motions) {
             if let Some(levels) = measured.filter(|_| checks.iter().all(|check| check.pass)) {
-                let own = variant
-                    .has_own_streaming()
-                    .then(|| Motions::new(levels, &subject.frame, &NOMINAL, bounds, MOTIONS));
+                let own = variant.has_own_streaming().then(|| motions.with_streaming_of(levels, bounds));
                 let motions = own.as_ref().unwrap_or(motions);
                 if motions.unfit(bounds).is_none() {
                     let place = format!("{}, {}", subject.name, NOMINAL.name);
@@ -339,6 +352,11 @@ impl Bench<'_> {
         if measured.is_some() && checks.len() == variant.checks.len() {
             checks.push(CheckOutcome::unmeasurable("fit pictures", "no picture is fit to judge it".into()));
         }
+        checks
+    }
+
+    /// Judges a variant by the checks of its report.
+    fn alternative(&self, variant: &Variant, checks: &[CheckOutcome]) -> Alternative {
         let worst =
             checks.iter().max_by(|a, b| (!a.pass, a.used).partial_cmp(&(!b.pass, b.used)).unwrap_or(Ordering::Equal));
         let changes = variant.design.changes_of(self.design);
@@ -402,7 +420,10 @@ fn sweeps(variants: &[Variant], frames: &[OnFrame]) -> Vec<Sweep> {
         let point = |condition: Condition| {
             let mut worst = Worst::default();
             let of_condition = frames.iter().filter(|(of, ..)| *of == condition);
-            of_condition.filter_map(|(.., all)| all[index].as_ref()).for_each(|comparison| worst.include(comparison));
+            let measured = measured_as(variants, index);
+            of_condition
+                .filter_map(|(.., all)| all[measured].as_ref())
+                .for_each(|comparison| worst.include(comparison));
             worst.point(variant.bits, condition.name, resources(&variant.design))
         };
         if let Some(sweep) = sweeps.last_mut() {

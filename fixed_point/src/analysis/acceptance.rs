@@ -6,8 +6,10 @@
 //! on, so `streaming` is thresholded at `T - 1/2`. Otherwise `bit_true` would have more features because of the
 //! threshold alone.
 
+use hoverlock_reference::features::dog::Dog;
 use hoverlock_reference::features::extractor;
 use hoverlock_reference::features::feature::Feature;
+use hoverlock_reference::features::maxima::maxima;
 use hoverlock_reference::features::maxlbp::Layer;
 use hoverlock_reference::image::plane::Plane;
 use serde::Serialize;
@@ -64,16 +66,18 @@ pub struct Reference {
 
 impl Reference {
     /// Determines the common thresholds, and the features above them, from the planes of `streaming`.
-    pub fn of(planes: &LevelPlanes, bounds: &Bounds) -> Self {
+    pub fn of(planes: LevelPlanes, bounds: &Bounds) -> Self {
         let lsb = dog_lsb();
-        let layers = planes.layers();
-        let pairs = 0..layers.len();
-        let all = extractor::features(&layers, &vec![lsb; layers.len()], 1.0);
-        let thresholds: Vec<_> =
-            pairs.clone().map(|k| threshold_of_rank(&all, k as u8, bounds.features.rank, lsb)).collect();
+        let (layers, responses) = planes.into_layers();
+        let threshold = |layer: &Layer<f64>| {
+            let magnitude = &layer.dog.magnitude;
+            let all = maxima(magnitude, lsb).into_iter().map(|at| magnitude[at]).collect();
+            threshold_of_rank(all, bounds.features.rank, lsb)
+        };
+        let thresholds: Vec<_> = layers.iter().map(threshold).collect();
         let just_below: Vec<_> = thresholds.iter().map(|t| t - lsb / 2.0).collect();
         let features = extractor::features(&layers, &just_below, 1.0);
-        Self { layers, responses: pairs.map(|k| response(planes, k)).collect(), thresholds, features }
+        Self { layers, responses, thresholds, features }
     }
 
     /// Returns `T_k` of all scale pairs, DN.
@@ -88,12 +92,38 @@ impl Reference {
 
     /// Compares the planes of another level; `None` where the frame is too small to have an interior.
     pub fn compare(&self, test: &LevelPlanes, bounds: &Bounds) -> Option<Comparison> {
+        let layers = test.layers();
+        let features = extractor::features(&layers, &self.thresholds, 1.0);
+        self.compare_layers(&layers, &features, |k| response(test, k), bounds)
+    }
+
+    /// Compares `bit_true` of a design on the same frame: what [`Reference::compare`] returns for its planes, computed
+    /// from the integers, of which only the responses are converted to DN.
+    pub fn compare_bit_true(&self, levels: &Levels, frame: &Plane<u16>, bounds: &Bounds) -> Option<Comparison> {
+        let (planes, features) = levels.bit_true_frame(frame, &self.thresholds);
+        let lsb = levels.design().dog().lsb();
+        let response = |k: usize| {
+            let Dog { magnitude, positive } = &planes.layers[k].dog;
+            magnitude.zip_map(positive, |raw, positive| {
+                let dn = f64::from(*raw) * lsb;
+                if *positive { dn } else { -dn }
+            })
+        };
+        self.compare_layers(&planes.layers, &features, response, bounds)
+    }
+
+    /// Compares another level by its layers in any unit, its features, and its responses, DN.
+    fn compare_layers<T: Copy + PartialOrd>(
+        &self,
+        layers: &[Layer<T>],
+        features: &[Feature],
+        response: impl Fn(usize) -> Plane<f64>,
+        bounds: &Bounds,
+    ) -> Option<Comparison> {
         let lsb = dog_lsb();
-        let after = test.layers();
-        let test_features = extractor::features(&after, &self.thresholds, 1.0);
-        let flips = Flips::between(&self.layers, &after, &self.features, lsb);
+        let flips = Flips::between(&self.layers, layers, &self.features, lsb);
         let scale = |k: usize| {
-            let (wanted, measured) = (&self.responses[k], &response(test, k));
+            let (wanted, measured) = (&self.responses[k], &response(k));
             let interior = ErrorStatistics::between(wanted, measured, lsb, bounds.interior)?;
             Some(ScaleComparison {
                 signal_class: bounds.class.signal.class(interior.reference_rms),
@@ -101,23 +131,17 @@ impl Reference {
                 threshold_lsb: self.thresholds[k] / lsb,
                 interior,
                 whole_frame: ErrorStatistics::between(wanted, measured, lsb, Region::WHOLE)?,
-                kept: Kept::between(&self.features, &test_features, k as u8),
+                kept: Kept::between(&self.features, features, k as u8),
             })
         };
         Some(Comparison { scales: (0..self.layers.len()).map(scale).collect::<Option<_>>()?, flips })
     }
 }
 
-/// Returns the features of a level above `thresholds`, DN, in order.
-pub(crate) fn features_above(planes: &LevelPlanes, thresholds: &[f64]) -> Vec<Feature> {
-    extractor::features(&planes.layers(), thresholds, 1.0)
-}
-
 impl Comparison {
     /// Compares `bit_true` with `streaming` on a frame; `None` where the frame is too small to have an interior.
     pub fn of_frame(levels: &Levels, frame: &Plane<u16>, bounds: &Bounds) -> Option<Self> {
-        let (reference, test) = (levels.planes(Level::Streaming, frame), levels.planes(Level::BitTrue, frame));
-        Reference::of(&reference, bounds).compare(&test, bounds)
+        Reference::of(levels.planes(Level::Streaming, frame), bounds).compare_bit_true(levels, frame, bounds)
     }
 
     /// Returns the scales over which flips are counted, in words.

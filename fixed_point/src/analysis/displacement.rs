@@ -7,6 +7,8 @@
 //! centre, px. The *difference* between the levels is caused by quantisation. The *error* of a level against the known
 //! motion also includes noise and interpolation.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, Vector2};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -20,7 +22,7 @@ use hoverlock_reference::motion::estimator::Estimator;
 use hoverlock_reference::motion::model::{Model, transfer};
 use hoverlock_reference::motion::ransac::Ransac;
 
-use crate::analysis::acceptance::{Reference, features_above};
+use crate::analysis::acceptance::Reference;
 use crate::analysis::bounds::{Bounds, Check, Sense};
 use crate::analysis::levels::{Level, Levels};
 
@@ -62,7 +64,7 @@ pub struct Motions {
 /// A frame, and the thresholds and features of `streaming` on it.
 #[derive(Debug, Clone)]
 struct View {
-    frame: Plane<u16>,
+    frame: Arc<Plane<u16>>,
     thresholds: Vec<f64>,
     features: Vec<Feature>,
 }
@@ -76,13 +78,13 @@ struct Moved {
 }
 
 impl View {
-    fn new(levels: &Levels, frame: Plane<u16>, bounds: &Bounds) -> Self {
-        let reference = Reference::of(&levels.planes(Level::Streaming, &frame), bounds);
+    fn new(levels: &Levels, frame: Arc<Plane<u16>>, bounds: &Bounds) -> Self {
+        let reference = Reference::of(levels.planes(Level::Streaming, &frame), bounds);
         Self { frame, thresholds: reference.thresholds().to_vec(), features: reference.features().to_vec() }
     }
 
     fn bit_true(&self, levels: &Levels) -> Vec<Feature> {
-        features_above(&levels.planes(Level::BitTrue, &self.frame), &self.thresholds)
+        levels.bit_true_frame(&self.frame, &self.thresholds).1
     }
 }
 
@@ -92,15 +94,38 @@ impl Motions {
         let mut random = ChaCha8Rng::seed_from_u64(bounds.seeds.motion);
         let motions: Vec<Matrix3<f64>> = (0..motions).map(|_| similarity(&mut random, picture)).collect();
         let centre = Vector2::new((picture.width() - 1) as f64 / 2.0, (picture.height() - 1) as f64 / 2.0);
-        let before = View::new(levels, condition.apply(picture, bounds.seeds.of(condition)), bounds);
+        let before = Arc::new(condition.apply(picture, bounds.seeds.of(condition)));
         let moved = |(motion, h): (usize, &Matrix3<f64>)| {
             let known = transfer(h, centre)? - centre;
             let frame = condition.apply(&warp(picture, h)?, bounds.seeds.motion + 1 + motion as u64);
-            let view = View::new(levels, frame, bounds);
-            let reference = found(&before.features, &view.features, centre, known);
-            Some(Moved { known, view, reference })
+            Some((known, Arc::new(frame)))
         };
         let moved = motions.par_iter().enumerate().filter_map(moved).collect();
+        Self::of_frames(levels, before, moved, centre, bounds)
+    }
+
+    /// Returns the same frames before and after the same motions, estimated from `streaming` of another design.
+    #[must_use]
+    pub fn with_streaming_of(&self, levels: &Levels, bounds: &Bounds) -> Self {
+        let moved = self.moved.iter().map(|moved| (moved.known, moved.view.frame.clone())).collect();
+        Self::of_frames(levels, self.before.frame.clone(), moved, self.centre, bounds)
+    }
+
+    /// Estimates known motions of `centre`, each with the frame after it.
+    fn of_frames(
+        levels: &Levels,
+        before: Arc<Plane<u16>>,
+        moved: Vec<(Vector2<f64>, Arc<Plane<u16>>)>,
+        centre: Vector2<f64>,
+        bounds: &Bounds,
+    ) -> Self {
+        let before = View::new(levels, before, bounds);
+        let moved = moved.into_par_iter().map(|(known, frame)| {
+            let view = View::new(levels, frame, bounds);
+            let reference = found(&before.features, &view.features, centre, known);
+            Moved { known, view, reference }
+        });
+        let moved = moved.collect();
         Self { before, moved, centre }
     }
 
@@ -120,7 +145,7 @@ impl Motions {
     /// Estimates the motions from another level in floating point, with thresholds of the same rank. `None` stands for
     /// a motion that is not found.
     pub fn estimates(&self, levels: &Levels, level: Level, bounds: &Bounds) -> Vec<Option<Found>> {
-        let features = |view: &View| Reference::of(&levels.planes(level, &view.frame), bounds).features().to_vec();
+        let features = |view: &View| Reference::of(levels.planes(level, &view.frame), bounds).features().to_vec();
         let before = features(&self.before);
         self.moved.par_iter().map(|moved| found(&before, &features(&moved.view), self.centre, moved.known)).collect()
     }

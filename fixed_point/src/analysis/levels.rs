@@ -39,6 +39,7 @@ use crate::model::bit_true::{BitTrue, Planes};
 use crate::model::coefficients::CoefficientError;
 use crate::model::coefficients::direct_form::IntegerDirectForm;
 use crate::model::design::{camera_samples, recursive, rings};
+use crate::model::record::FeatureRecord;
 use crate::model::simd::SimdBitTrue;
 use crate::model::stages::{self, Stage, StageCoefficients};
 use hoverlock_design::{DesignPoint, SmootherKind};
@@ -121,6 +122,19 @@ impl LevelPlanes {
             ring: *ring,
         };
         self.rings.iter().enumerate().map(layer).collect()
+    }
+
+    /// Converts the planes into those of [`LevelPlanes::layers`] and the signed responses `sign_k * DOG_k`, without
+    /// copying them.
+    pub(crate) fn into_layers(self) -> (Vec<Layer<f64>>, Vec<Plane<f64>>) {
+        let scales = self.signed_dog.into_iter().zip(self.dog).zip(self.max_dog).zip(self.rings);
+        let layer = |(((mut signed, magnitude), max_dog), ring): (((Plane<f64>, Plane<f64>), Plane<f64>), Ring)| {
+            let positive = signed.map(|d| *d >= 0.0);
+            let samples = signed.as_mut_slice().iter_mut().zip(magnitude.as_slice());
+            samples.for_each(|(d, magnitude)| *d = magnitude.copysign(*d));
+            (Layer { dog: Dog { magnitude, positive }, max_dog, ring }, signed)
+        };
+        scales.map(layer).unzip()
     }
 }
 
@@ -268,20 +282,37 @@ impl Levels {
         }
         let smooth = |smoother: usize| match self.whole_frame(level, smoother) {
             Some(filter) => upward_first(&filter, &self.dn(pixels)),
-            None => self.stages(level, smoother, pixels, |_, _| ()),
+            // `bit_true` is computed in integers above.
+            None => {
+                let coefficients = if level == Level::Streaming { &self.streaming } else { &self.rounded };
+                stages::smoothed(self.dn(pixels), &coefficients[smoother], |p, q, c| p + c * (q - p))
+            }
         };
         LevelPlanes::of(self.per_smoother(smooth), rings(&self.design))
     }
 
     /// Computes all planes of `bit_true` in raw integers, in the fastest code that the formats allow.
     pub fn bit_true_planes(&self, pixels: &Plane<u16>) -> Planes {
+        // The planes alone are wanted: without thresholds there are no features.
+        self.bit_true_frame(pixels, &[]).0
+    }
+
+    /// Computes all planes of `bit_true`, and the features of at least `thresholds`, DN. A scale pair without a
+    /// threshold has no features.
+    pub fn bit_true_frame(&self, pixels: &Plane<u16>, thresholds: &[f64]) -> (Planes, Vec<Feature>) {
+        let lsb = self.design.dog().lsb();
+        // A response is a whole number of LSB.
+        let thresholds: Vec<u32> = thresholds.iter().map(|dn| (dn / lsb).ceil() as u32).collect();
+        let in_dn = |records: &[FeatureRecord]| records.iter().map(|record| record.feature(lsb)).collect();
         if let Ok(mut simd) = SimdBitTrue::new(&self.design) {
-            // The planes alone are wanted: without thresholds there are no features.
-            simd.frame(&camera_samples(&self.design, pixels), &[]);
-            return simd.into_planes();
+            let features = in_dn(simd.frame(&camera_samples(&self.design, pixels), &thresholds));
+            return (simd.into_planes(), features);
         }
         let state = self.state(pixels);
-        self.bit_true.planes_of(self.per_smoother(|smoother| self.bit_true.smooth(smoother, &state, |_, _| ())))
+        let planes =
+            self.bit_true.planes_of(self.per_smoother(|smoother| self.bit_true.smoothed(smoother, state.clone())));
+        let features = in_dn(&planes.features(&thresholds));
+        (planes, features)
     }
 
     /// Returns the filter states of a picture of 16-bit samples.

@@ -109,6 +109,12 @@ impl BitTrue {
         stages::smooth(state, &self.coefficients[smoother], |p, q, raw| lerp(p, q, raw, fraction_bits), each)
     }
 
+    /// Smooths the states by one smoother, without showing its stages.
+    pub fn smoothed(&self, smoother: usize, state: Plane<u32>) -> Plane<u32> {
+        let fraction_bits = self.design.coefficient.bits();
+        stages::smoothed(state, &self.coefficients[smoother], |p, q, raw| lerp(p, q, raw, fraction_bits))
+    }
+
     /// Subtracts two smoothed planes: `d_k`, LSB of the state.
     pub fn signed_dog(narrow: &Plane<u32>, wide: &Plane<u32>) -> Plane<i32> {
         narrow.zip_map(wide, |narrow, wide| *narrow as i32 - *wide as i32)
@@ -131,7 +137,7 @@ impl BitTrue {
     /// [`camera_samples`](crate::model::design::camera_samples).
     pub fn planes(&self, pixels: &Plane<u16>) -> Planes {
         let state = self.state(pixels);
-        let smooth = |smoother| self.smooth(smoother, &state, |_, _| ());
+        let smooth = |smoother| self.smoothed(smoother, state.clone());
         self.planes_of((0..self.design.smoothers()).map(smooth).collect())
     }
 

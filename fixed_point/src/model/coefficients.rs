@@ -147,7 +147,7 @@ impl LerpCoefficients {
         let impulse = |n: usize| f64::from(u8::from(n == centre));
         let length = 2 * centre + 1;
         [Plane::from_fn(1, length, |_, y| impulse(y)), Plane::from_fn(length, 1, |x, _| impulse(x))].map(|line| {
-            let response = stages::smooth(&line, &coefficients, |p, q, c| p + c * (q - p), |_, _| ());
+            let response = stages::smoothed(line, &coefficients, |p, q, c| p + c * (q - p));
             Response::new(response.into_vec(), centre)
         })
     }
