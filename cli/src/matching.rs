@@ -74,8 +74,8 @@ pub struct Args {
     /// last two, pictures larger than the frame of the design are cropped)
     #[arg(long, value_enum, default_value = "float")]
     features: Source,
-    /// Compute the features by the clear code of a model level: recursive and quantised in f64 with the design's
-    /// smoother, the second with rounded coefficients; bit_true in integers
+    /// Compute the features by the clear code of a model level: ideal in f64 with Gaussians, recursive and quantised in
+    /// f64 with the design's smoother, the second with rounded coefficients; bit_true in integers
     #[arg(long, value_enum, conflicts_with = "features")]
     level: Option<ClearLevel>,
     /// Words of the descriptors that are compared
@@ -161,6 +161,8 @@ enum FunctionalKind {
 /// A model level whose clear code extracts features.
 #[derive(Clone, Copy, ValueEnum)]
 enum ClearLevel {
+    /// True Gaussians in f64
+    Ideal,
     /// The recursive smoother in f64
     Recursive,
     /// The same with rounded coefficients
@@ -200,7 +202,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let telemetry = args.telemetry.as_deref().map(|path| telemetry::read(path, 2)).transpose()?;
     let source = match args.level {
         None => args.features,
-        Some(ClearLevel::Recursive | ClearLevel::Quantised) => Source::Float,
+        Some(ClearLevel::Ideal | ClearLevel::Recursive | ClearLevel::Quantised) => Source::Float,
         Some(ClearLevel::BitTrue) => Source::Fixed,
     };
     let design = args.chosen.design()?;
@@ -295,10 +297,15 @@ impl Source {
     ) -> Result<[Vec<Feature>; 2]> {
         if self == Self::Float {
             let selection = Selection { count: MAX_FEATURES, ..Selection::default() };
-            if let Some(ClearLevel::Quantised) = clear {
+            let level = match clear {
+                Some(ClearLevel::Ideal) => Some(Level::Ideal),
+                Some(ClearLevel::Quantised) => Some(Level::Quantised),
+                _ => None,
+            };
+            if let Some(level) = level {
                 let (levels, thresholds) = (Levels::new(design)?, vec![selection.threshold; design.pairs()]);
                 return Ok(pictures.map(|picture| {
-                    let planes = levels.planes(Level::Quantised, &picture.luma);
+                    let planes = levels.planes(level, &picture.luma);
                     strongest_per_cell(&levels.features(&planes, &thresholds), selection.count)
                 }));
             }

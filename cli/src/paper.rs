@@ -1,5 +1,6 @@
 //! `hoverlock paper`: the published description, regenerated.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
@@ -18,9 +19,9 @@ const NUMBERS: &str = "paper.json";
 
 /// Regenerate each figure and claim of the published description from today's code, on one page.
 ///
-/// Each item says what is stated there, what was found here, and whether the statement holds. Writes index.html,
-/// paper.json and each drawing as SVG. A statement that does not hold is a result, not an error: the status is 0 if
-/// the page was made.
+/// Each item says what is stated there, what was found here, whether the statement holds, and which command states the
+/// numbers. Writes index.html, paper.json, each drawing as SVG, and the pictures that the commands read. A statement
+/// that does not hold is a result, not an error: the status is 0 if the page was made.
 ///
 /// Examples:
 ///   hoverlock paper
@@ -31,7 +32,7 @@ pub struct Args {
     /// The folder for the page
     #[arg(long, value_name = "DIR", default_value = "out/paper", value_hint = ValueHint::DirPath)]
     out: PathBuf,
-    /// One JSON object on stdout: commit items[] of number title stated found holds evidence
+    /// One JSON object on stdout: commit items[] of number title stated found holds evidence commands[] only_here
     #[arg(long)]
     json: bool,
 }
@@ -53,6 +54,12 @@ pub fn run(args: &Args) -> Result<Verdict> {
     batch.add(&args.out.join(NUMBERS), json.as_bytes())?;
     for (name, svg) in files(&items) {
         batch.add(&args.out.join(name), svg.as_bytes())?;
+    }
+    // Items share pictures.
+    let inputs: BTreeMap<&String, &Vec<u8>> =
+        items.iter().flat_map(|item| item.inputs.iter().map(|(name, bytes)| (name, bytes))).collect();
+    for (name, bytes) in inputs {
+        batch.add(&args.out.join(name), bytes)?;
     }
     batch.keep()?;
     drop(folder);

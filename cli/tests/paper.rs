@@ -57,6 +57,36 @@ fn a_tilted_frame_warped_is_the_frame_from_above() {
     }
 }
 
+/// The page says which command states its numbers: each is pasted in the folder of the page, and must state them.
+#[test]
+fn each_command_of_the_page_states_its_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = json(folder.path(), &["paper", "--out", "page", "--json"]);
+    let program = Path::new(env!("CARGO_BIN_EXE_hoverlock")).parent().unwrap();
+    let mut compared = Vec::new();
+    for item in page["items"].as_array().unwrap() {
+        let (number, found) = (item["number"].as_str().unwrap(), item["found"].as_str().unwrap());
+        let commands = item["commands"].as_array().unwrap();
+        for command in commands {
+            let line = command["line"].as_str().unwrap();
+            let mut shell = Command::new("/bin/sh");
+            shell.args(["-c", &format!("{line} --json")]).env("PATH", program).current_dir(folder.path().join("page"));
+            let output = shell.output().unwrap();
+            assert_eq!(output.status.code(), Some(0), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+            let stated: Value = serde_json::from_slice(&output.stdout).unwrap();
+            for (member, value) in command["states"].as_object().unwrap() {
+                assert_eq!(stated.pointer(member), Some(value), "{number}: {line}: {member}");
+            }
+            assert!(found.contains(&format!(" {} ", stated["inliers"])), "{number}: {line}: {stated}\n{found}");
+        }
+        // Numbers without a command are named as such.
+        let only_here = item["only_here"].as_str().unwrap();
+        assert!(number != "figure 11, formulas (9) to (11)" || only_here.starts_with("all numbers"), "{only_here}");
+        compared.extend((!commands.is_empty()).then(|| number.to_owned()));
+    }
+    assert_eq!(compared, ["figure 7", "figure 9", "figure 10, formulas (1) to (8)", "figure 15"]);
+}
+
 #[test]
 fn bad_places_and_telemetry_are_refused() {
     let folder = tempfile::tempdir().unwrap();

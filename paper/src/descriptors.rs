@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use hoverlock_pictures::conditions::FOG;
 use hoverlock_reference::features::dog::SIGMAS;
-use hoverlock_reference::features::extractor::{Selection, features, layers};
+use hoverlock_reference::features::extractor::{features, layers};
 use hoverlock_reference::features::feature::{Descriptor, Feature};
 use hoverlock_reference::features::maxima::spread;
 use hoverlock_reference::features::maxlbp::{Layer, MAX_RADIUS, Ring};
@@ -15,8 +15,8 @@ use hoverlock_reference::smoothing::smoother::Smoother;
 use hoverlock_reports::figures::background;
 use hoverlock_reports::repeatability::lbp;
 
-use crate::motion::{Pairing, views_of};
-use crate::scenes::Photograph;
+use crate::motion::{Pairing, SELECTION, views_of};
+use crate::scenes::{Photograph, files, png};
 use crate::{Item, PaperError};
 
 /// Half the side of the drawn part of a frame, px.
@@ -39,9 +39,8 @@ fn described(frame: &Plane<u16>) -> Result<Described, PaperError> {
         own.map_or_else(|| plane.clone(), |smoother| smoother.smooth(plane, Border::Held))
     };
     let layers = layers(frame, &SIGMAS, &Ring::defaults(), smooth);
-    let Selection { threshold, count } = Selection::default();
-    let all = features(&layers, &vec![threshold; layers.len()], 1.0);
-    let maxlbp = spread(&all, count, |feature| (feature.x, feature.y, feature.response));
+    let all = features(&layers, &vec![SELECTION.threshold; layers.len()], 1.0);
+    let maxlbp = spread(&all, SELECTION.count, |feature| (feature.x, feature.y, feature.response));
     let plain = |feature: &Feature| Feature {
         descriptor: lbp::descriptor(frame, feature.x as usize, feature.y as usize),
         ..*feature
@@ -112,13 +111,17 @@ pub fn items() -> Result<Vec<Item>, PaperError> {
     let (clear, foggy) = (pairings(&views, &current), pairings(&views, &in_fog));
     let told = |[lbp, strict, signed]: &[Pairing; 3]| {
         format!(
-            "LBP {} ({:.0} %), MaxLBP {} ({:.0} %), MaxLBP with signs {} ({:.0} %)",
+            "LBP {} ({:.0} %), MaxLBP {} ({:.0} %), MaxLBP with signs {} ({:.0} %); of the matches of a \
+             second search near the motion found {}, {} and {} agree",
             lbp.correct,
             lbp.percent(),
             strict.correct,
             strict.percent(),
             signed.correct,
-            signed.percent()
+            signed.percent(),
+            lbp.agree,
+            strict.agree,
+            signed.agree
         )
     };
     let example = strongest(&reference.maxlbp, &views[0].frame);
@@ -146,6 +149,15 @@ pub fn items() -> Result<Vec<Item>, PaperError> {
         )?);
     }
     let [of_lbp, of_maxlbp] = drawings;
+    let mut commands = Vec::new();
+    for ([_, strict, signed], second) in [(&clear, "field_2.png"), (&foggy, "field_2_fog.png")] {
+        for (pairing, words) in [(strict, "strict"), (signed, "full")] {
+            let line = format!("hoverlock match field_1.png {second} --level recursive --descriptor {words}");
+            commands.push(pairing.command(line));
+        }
+    }
+    let mut inputs = files("field", &views)?;
+    inputs.push(("field_2_fog.png".into(), png(&fog)?));
     Ok(vec![
         Item {
             number: "figure 8",
@@ -153,8 +165,9 @@ pub fn items() -> Result<Vec<Item>, PaperError> {
             stated: "Local binary patterns describe the surroundings of a point by comparisons.",
             found: "The strongest feature of the field on its frame; filled points are 1.".into(),
             holds: None,
-            evidence: "hoverlock report out/pictures/aero1.jpg",
+            only_here: "the bits of the drawing. hoverlock report PICTURE compares LBP with MaxLBP under warps of a picture",
             drawings: of_lbp,
+            ..Item::default()
         },
         Item {
             number: "figure 9",
@@ -168,8 +181,12 @@ pub fn items() -> Result<Vec<Item>, PaperError> {
                 told(&foggy)
             ),
             holds: Some(clear[1].correct > clear[0].correct && foggy[1].correct > foggy[0].correct),
-            evidence: "hoverlock match out/pictures/graf1.png out/pictures/graf3.png --descriptor strict",
+            commands,
+            only_here: "the numbers of LBP, which is in no other command, and of correct matches, which take the true \
+                        motion",
+            inputs,
             drawings: of_maxlbp,
+            ..Item::default()
         },
     ])
 }

@@ -21,8 +21,11 @@ mod scenes;
 mod system;
 mod terrain;
 
+use std::collections::BTreeMap;
+
 use hoverlock_edss::render::RenderError;
 use hoverlock_edss::scene::SceneError;
+use hoverlock_fixed_point::model::coefficients::CoefficientError;
 use hoverlock_reference::motion::orthophoto::ViewError;
 use hoverlock_reference::motion::ransac::RansacError;
 use hoverlock_reference::smoothing::design::DesignError;
@@ -30,6 +33,7 @@ use hoverlock_reports::coefficient_plots::FigureError;
 use hoverlock_reports::plot::PlotError;
 use image::ImageError;
 use serde::Serialize;
+use serde_json::Value;
 
 /// The reason why a figure cannot be regenerated. Each is a defect of this program: it has no input.
 #[derive(Debug, thiserror::Error)]
@@ -37,6 +41,9 @@ pub enum PaperError {
     /// A filter has no coefficients.
     #[error(transparent)]
     Design(#[from] DesignError),
+    /// The default design has no coefficients.
+    #[error(transparent)]
+    Coefficients(#[from] CoefficientError),
     /// A plot failed.
     #[error(transparent)]
     Plot(#[from] PlotError),
@@ -66,8 +73,17 @@ pub enum PaperError {
     NoGround,
 }
 
-/// A figure, formula or claim of the description, and what today's code gives.
+/// A command that states numbers of the page.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Command {
+    /// The command, to paste in the folder of the page.
+    pub line: String,
+    /// Members of its `--json` as JSON pointers, with their values.
+    pub states: BTreeMap<&'static str, Value>,
+}
+
+/// A figure, formula or claim of the description, and what today's code gives.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Item {
     /// Its number there: `figure 4`, `formula (1)`, `claim 2`.
     pub number: &'static str,
@@ -79,8 +95,15 @@ pub struct Item {
     pub found: String,
     /// Whether the statement holds; `None` if it states nothing that can be false.
     pub holds: Option<bool>,
-    /// The command or the document where it can be followed further.
+    /// The command or the document where it can be followed further; empty if there is none.
     pub evidence: &'static str,
+    /// The commands that state its numbers.
+    pub commands: Vec<Command>,
+    /// The numbers that no command but this page states; empty if there are none.
+    pub only_here: &'static str,
+    /// The files that the commands read, by their names in the folder of the page.
+    #[serde(skip)]
+    pub inputs: Vec<(String, Vec<u8>)>,
     /// Drawings, each an SVG element.
     #[serde(skip)]
     pub drawings: Vec<String>,

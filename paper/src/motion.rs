@@ -1,5 +1,7 @@
 //! Figures 10, 11 and 15: matching on pseudo-orthophotos, and the functional that decides between equal votes.
 
+use std::collections::BTreeMap;
+
 use hoverlock_edss::render::Renderer;
 use hoverlock_reference::features::extractor::Selection;
 use hoverlock_reference::features::fast::FastExtractor;
@@ -11,6 +13,7 @@ use hoverlock_reference::motion::model::{Model, Pair, transfer};
 use hoverlock_reference::motion::orthophoto::View;
 use hoverlock_reference::motion::orthophoto::raster::Raster;
 use hoverlock_reference::motion::ransac::{Functional, Ransac};
+use hoverlock_reference::motion::refine::refined;
 use hoverlock_reports::embed::address;
 use hoverlock_reports::overlay::Overlay;
 use image::ExtendedColorType;
@@ -19,8 +22,8 @@ use nalgebra::{Matrix3, Vector2};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::scenes::{HEIGHT_M, Photograph, photograph, pose, scene};
-use crate::{Item, PaperError};
+use crate::scenes::{HEIGHT_M, Photograph, photograph, png, pose, scene};
+use crate::{Command, Item, PaperError};
 
 /// Displacement between the two views, m along `X_e` and `Y_e`.
 const DISPLACEMENT_M: Vector2<f64> = Vector2::new(6.0, -4.0);
@@ -32,6 +35,9 @@ const CORRECT_PX: f64 = 3.0;
 const JPEG_QUALITY: u8 = 80;
 /// The published bound of the error, m.
 const BOUND_M: f64 = 1.0;
+
+/// Number of features of a picture, as many as `hoverlock match` keeps.
+pub const SELECTION: Selection = Selection { threshold: 0.5, count: 2000 };
 
 /// Takes two frames of a scene, the second displaced and tilted.
 pub fn views_of(name: &str) -> Result<[Photograph; 2], PaperError> {
@@ -46,17 +52,36 @@ pub struct Pairing {
     pub all: usize,
     /// Number of those within 3 px of where the mean ground puts them.
     pub correct: usize,
+    /// Number of matches that `hoverlock match` states: those of its second search, near the motion that the first one
+    /// finds; those of the first without an estimate.
+    stated: usize,
+    /// Number of those that agree with one homography; 0 without an estimate.
+    pub agree: usize,
 }
 
 impl Pairing {
     /// Matches the features of two views, without sign words if `strict`.
     pub fn of(views: &[Photograph; 2], features: &[Vec<Feature>; 2], strict: bool) -> Self {
-        let matches = Matching { strict, ..Matching::default() }.matches(&features[0], &features[1]);
+        let estimator = Estimator {
+            matching: Matching { strict, ..Estimator::default().matching },
+            ransac: Ransac { model: Model::Homography, ..Ransac::default() },
+        };
+        let estimate = estimator.estimate(&features[0], &features[1]);
+        let matches = estimator.matching.matches(&features[0], &features[1]);
         let truth = over_mean_ground(views);
         let miss =
             |pair: &Pair| transfer(&truth, pair.reference).map_or(f64::MAX, |place| (place - pair.current).norm());
         let pairs = matched_pairs(&matches, &features[0], &features[1]);
-        Self { all: matches.len(), correct: pairs.filter(|pair| miss(pair) <= CORRECT_PX).count() }
+        let correct = pairs.filter(|pair| miss(pair) <= CORRECT_PX).count();
+        let all = matches.len();
+        let (stated, agree) = estimate.map_or((all, 0), |estimate| (estimate.pairs.len(), estimate.inliers.len()));
+        Self { all, correct, stated, agree }
+    }
+
+    /// Returns the command that states the matches and how many agree.
+    pub fn command(&self, line: String) -> Command {
+        let states = BTreeMap::from([("/matches", self.stated.into()), ("/inliers", self.agree.into())]);
+        Command { line, states }
     }
 
     /// Returns the share of correct matches, %.
@@ -79,8 +104,11 @@ fn over_mean_ground(views: &[Photograph; 2]) -> Matrix3<f64> {
 /// The displacement that matching on pseudo-orthophotos finds.
 struct Found {
     displacement: Vector2<f64>,
+    /// Displacement at the centre of the orthophotos, px.
+    displacement_px: Vector2<f64>,
     matches: usize,
     inliers: usize,
+    orthophotos: [Plane<u16>; 2],
     overlay: String,
 }
 
@@ -93,13 +121,14 @@ fn on_orthophotos(views: &[Photograph; 2]) -> Result<Found, PaperError> {
         let mean = samples.iter().map(|&dn| u64::from(dn)).sum::<u64>() / samples.len() as u64;
         rasters[i].warp(&views[i].frame, &views[i].view, mean as u16)
     });
-    let mut extractor = <FastExtractor>::new(Selection::default())?;
+    let mut extractor = <FastExtractor>::new(SELECTION)?;
     let features = [0, 1].map(|i: usize| extractor.extract(&photos[i]));
     let ransac = Ransac { model: Model::Similarity, ..Ransac::default() };
     let estimate = Estimator { ransac, ..Estimator::default() }.estimate(&features[0], &features[1])?;
+    let homography = refined(estimate.clone(), &photos[0], &photos[1], ransac.max_squared_error).homography;
     let middle = Vector2::new(photos[0].width() as f64 - 1.0, photos[0].height() as f64 - 1.0) / 2.0;
     let at = |i: usize, p: Vector2<f64>| transfer(&rasters[i].to_ground(), p).ok_or(PaperError::NoGround);
-    let moved = transfer(&estimate.homography, middle).ok_or(PaperError::NoGround)?;
+    let moved = transfer(&homography, middle).ok_or(PaperError::NoGround)?;
     // One point of the ground, seen from both positions.
     let displacement = at(0, middle)? - at(1, moved)?;
     let overlay = Overlay {
@@ -107,7 +136,7 @@ fn on_orthophotos(views: &[Photograph; 2]) -> Result<Found, PaperError> {
         current: &photos[1],
         pairs: &estimate.pairs,
         inliers: &estimate.inliers,
-        homography: Some(estimate.homography),
+        homography: Some(homography),
     };
     let drawn = overlay.draw();
     let (width, height) = (drawn.width(), drawn.height());
@@ -124,10 +153,12 @@ fn on_orthophotos(views: &[Photograph; 2]) -> Result<Found, PaperError> {
          <image width=\"{width}\" height=\"{height}\" href=\"{}\"/></svg>",
         address("image/jpeg", &jpeg)
     );
-    Ok(Found { displacement, matches: estimate.pairs.len(), inliers: estimate.inliers.len(), overlay })
+    let (matches, inliers) = (estimate.pairs.len(), estimate.inliers.len());
+    let displacement_px = moved - middle;
+    Ok(Found { displacement, displacement_px, matches, inliers, orthophotos: photos, overlay })
 }
 
-fn matched(number: &'static str, title: &'static str, name: &str, evidence: &'static str) -> Result<Item, PaperError> {
+fn matched(number: &'static str, title: &'static str, name: &str) -> Result<Item, PaperError> {
     let views = views_of(name)?;
     let found = on_orthophotos(&views)?;
     let error = (found.displacement - DISPLACEMENT_M).norm();
@@ -137,10 +168,9 @@ fn matched(number: &'static str, title: &'static str, name: &str, evidence: &'st
         stated: "The displacement follows from matches between two pseudo-orthophotos, within 1 m.",
         found: format!(
             "Displaced by ({:.1}, {:.1}) m and turned by {:?} degrees (roll, pitch, yaw) at {HEIGHT_M:.0} m: found \
-             ({:.2}, \
-             {:.2}) m, {:.2} m off; {} of {} matches agree. The attitude is taken as exact. The lasers hit ground \
-             {:.1} and \
-             {:.1} m above its mean; each orthophoto has the scale of its point.",
+             ({:.2}, {:.2}) m, {:.2} m off; {} of {} matches agree, and the middle of the orthophotos is displaced by \
+             ({:.2}, {:.2}) px. The attitude is taken as exact. The lasers hit ground {:.1} and {:.1} m above its \
+             mean; each orthophoto has the scale of its point.",
             DISPLACEMENT_M.x,
             DISPLACEMENT_M.y,
             TURN_DEG,
@@ -149,36 +179,42 @@ fn matched(number: &'static str, title: &'static str, name: &str, evidence: &'st
             error,
             found.inliers,
             found.matches,
+            found.displacement_px.x,
+            found.displacement_px.y,
             HEIGHT_M - views[0].view.height(),
             HEIGHT_M - views[1].view.height()
         ),
         holds: Some(error <= BOUND_M),
-        evidence,
+        commands: vec![Command {
+            line: format!("hoverlock match {name}_1_above.png {name}_2_above.png --model similarity"),
+            states: BTreeMap::from([
+                ("/matches", found.matches.into()),
+                ("/inliers", found.inliers.into()),
+                ("/displacement_px/0", found.displacement_px.x.into()),
+                ("/displacement_px/1", found.displacement_px.y.into()),
+            ]),
+        }],
+        only_here: "the displacement in metres, which follows from that in pixels and the two views",
+        inputs: [0, 1]
+            .map(|i: usize| Ok((format!("{name}_{}_above.png", i + 1), png(&found.orthophotos[i])?)))
+            .into_iter()
+            .collect::<Result<_, PaperError>>()?,
         drawings: vec![found.overlay],
+        ..Item::default()
     })
 }
 
 /// Figures 10 and 11.
 pub fn items() -> Result<Vec<Item>, PaperError> {
     Ok(vec![
-        matched(
-            "figure 10, formulas (1) to (8)",
-            "Matching on pseudo-orthophotos, over the field",
-            "field",
-            "hoverlock hover --scene field --seconds 2 --save out/field && hoverlock cosim out/field",
-        )?,
+        matched("figure 10, formulas (1) to (8)", "Matching on pseudo-orthophotos, over the field", "field")?,
         controversy()?,
     ])
 }
 
 /// Figure 15.
 pub fn town() -> Result<Vec<Item>, PaperError> {
-    Ok(vec![matched(
-        "figure 15",
-        "Matching on pseudo-orthophotos, over the town",
-        "town",
-        "hoverlock hover --scene town --seconds 2 --save out/town && hoverlock cosim out/town",
-    )?])
+    Ok(vec![matched("figure 15", "Matching on pseudo-orthophotos, over the town", "town")?])
 }
 
 /// Number of pairs of each hypothesis of figure 11, their motions, px, and the largest deviation from it along an axis.
@@ -242,8 +278,10 @@ fn controversy() -> Result<Item, PaperError> {
             told.join(", ")
         ),
         holds: Some(chosen.iter().skip(2).all(|(_, better)| *better == SEARCHES)),
-        evidence: "hoverlock match out/pictures/graf1.png out/pictures/graf3.png --functional plus",
+        only_here: "all numbers: the pairs are drawn at random for this figure. hoverlock match --functional plus \
+                    searches two pictures with the functional as printed",
         drawings: vec![drawing(&pairs)],
+        ..Item::default()
     })
 }
 

@@ -79,6 +79,7 @@ mod tests {
             holds,
             evidence: "hoverlock paper",
             drawings: vec!["<svg viewBox=\"0 0 1 1\"></svg>".into(); 2],
+            ..Item::default()
         }
     }
 

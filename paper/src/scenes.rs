@@ -1,5 +1,6 @@
 //! Pictures of the simulator: figure 14, and the frames that the other figures are made from.
 
+use std::io::Cursor;
 use std::path::Path;
 
 use hoverlock_edss::camera::FRAME_SIZE;
@@ -10,6 +11,8 @@ use hoverlock_edss::world::still;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::orthophoto::{Attitude, Camera, View};
 use hoverlock_reports::figures::background;
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder, ImageError};
 use nalgebra::Vector3;
 
 use crate::{Item, PaperError};
@@ -50,6 +53,21 @@ pub fn photograph(scene: &Renderer, pose: Pose, seed: u64) -> Result<Photograph,
     Ok(Photograph { frame: still(scene, &pose, FIELD_OF_VIEW_DEG, seed)?, view, pose })
 }
 
+/// Encodes a frame as a PNG of 16 bits a sample.
+pub fn png(frame: &Plane<u16>) -> Result<Vec<u8>, ImageError> {
+    let mut png = Cursor::new(Vec::new());
+    // The encoder takes 16-bit samples in native byte order.
+    let bytes: Vec<u8> = frame.as_slice().iter().flat_map(|sample| sample.to_ne_bytes()).collect();
+    let (width, height) = (frame.width() as u32, frame.height() as u32);
+    PngEncoder::new(&mut png).write_image(&bytes, width, height, ExtendedColorType::L16)?;
+    Ok(png.into_inner())
+}
+
+/// Returns the frames of two views of a scene as files for commands: `field_1.png` and `field_2.png`.
+pub fn files(name: &str, views: &[Photograph; 2]) -> Result<Vec<(String, Vec<u8>)>, ImageError> {
+    views.iter().zip(1..).map(|(view, i)| Ok((format!("{name}_{i}.png"), png(&view.frame)?))).collect()
+}
+
 /// Returns a picture as an SVG element, half as large in each direction.
 pub fn picture(title: &str, frame: &Plane<u16>) -> Result<String, PaperError> {
     let half = Plane::from_fn(frame.width() / 2, frame.height() / 2, |x, y| {
@@ -81,5 +99,6 @@ pub fn items() -> Result<Vec<Item>, PaperError> {
         holds: None,
         evidence: "hoverlock hover --scene helipad-in-mist",
         drawings,
+        ..Item::default()
     }])
 }

@@ -49,6 +49,7 @@ pub fn first() -> Vec<Item> {
                 ],
                 &[["frames, attitude", "range"], ["X_e, Y_e", "protection level"]],
             )],
+            ..Item::default()
         },
         Item {
             number: "figure 2, table 1",
@@ -67,6 +68,7 @@ pub fn first() -> Vec<Item> {
             holds: Some(rate <= LINK_MB_S),
             evidence: "designs/kt27.toml",
             drawings: Vec::new(),
+            ..Item::default()
         },
         Item {
             number: "figure 3",
@@ -86,6 +88,7 @@ pub fn first() -> Vec<Item> {
                 ],
                 &[["a pixel", "a clock"], ["records", ""], ["matches", ""]],
             )],
+            ..Item::default()
         },
     ]
 }
@@ -122,6 +125,7 @@ pub fn second() -> Vec<Item> {
                     ["packets", "interrupt"],
                 ],
             )],
+            ..Item::default()
         },
         Item {
             number: "figure 13",
@@ -147,6 +151,7 @@ pub fn second() -> Vec<Item> {
                 ],
                 &[["Avalon-ST", "256 bits"], ["AXI", "interrupt"]],
             )],
+            ..Item::default()
         },
     ]
 }
@@ -176,5 +181,6 @@ pub fn relief_of_the_processor() -> Result<Item, PaperError> {
         holds: Some(ratio > PUBLISHED_RELIEF),
         evidence: "make bench-arm",
         drawings: Vec::new(),
+        ..Item::default()
     })
 }

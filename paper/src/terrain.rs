@@ -122,6 +122,7 @@ pub fn items() -> Result<Vec<Item>, PaperError> {
             holds: Some((formula / geometry - 1.0).abs() <= FORMULA_TOLERANCE),
             evidence: "edss/README.md",
             drawings: vec![chart(&measured).svg()?],
+            ..Item::default()
         },
         Item {
             number: "claim 1",
@@ -135,6 +136,7 @@ pub fn items() -> Result<Vec<Item>, PaperError> {
             holds: Some(within == 1.0),
             evidence: "edss/README.md",
             drawings: Vec::new(),
+            ..Item::default()
         },
     ])
 }
