@@ -105,6 +105,18 @@ fn the_threshold_gives_both_levels_the_same_number_of_features() {
 }
 
 #[test]
+fn the_comparison_of_integers_is_that_of_their_planes() {
+    let bounds = Bounds::acceptance();
+    for change in ["dog_bits=9", "dog_bits=16", "state=u16.4", "coefficient=u0.18", "threshold_target=9"] {
+        let levels = Levels::new(&KT27.with_override(change).unwrap()).unwrap();
+        let reference = Reference::of(levels.planes(Level::Streaming, &blobs()), bounds);
+        let of_planes = reference.compare(&levels.planes(Level::BitTrue, &blobs()), bounds).unwrap();
+        assert!(of_planes.scales.iter().all(|scale| scale.kept.test > 50), "{of_planes:?}");
+        assert_eq!(reference.compare_bit_true(&levels, &blobs(), bounds), Some(of_planes), "{change}");
+    }
+}
+
+#[test]
 #[ignore = "a minute over all real pictures"]
 fn real_pictures_pass_the_bounds_under_three_conditions() {
     let (bounds, levels) = (Bounds::acceptance(), Levels::new(&KT27).unwrap());

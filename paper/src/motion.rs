@@ -278,7 +278,7 @@ fn controversy() -> Result<Item, PaperError> {
             told.join(", ")
         ),
         holds: Some(chosen.iter().skip(2).all(|(_, better)| *better == SEARCHES)),
-        only_here: "all numbers: the pairs are drawn at random for this figure. hoverlock match --functional plus \
+        only_here: "these numbers: the pairs are drawn at random for this figure. hoverlock match --functional plus \
                     searches two pictures with the functional as printed",
         drawings: vec![drawing(&pairs)],
         ..Item::default()
