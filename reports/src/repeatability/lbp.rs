@@ -6,9 +6,14 @@
 //! full one are the same. Source: T. Ojala, M. Pietikainen, T. Maenpaa, "Multiresolution gray-scale and rotation
 //! invariant texture classification with local binary patterns", 2002, eq. (4).
 
-use hoverlock_reference::features::feature::Descriptor;
+use std::sync::LazyLock;
+
+use hoverlock_reference::features::feature::{Descriptor, MAX_PAIRS};
 use hoverlock_reference::features::maxlbp::Ring;
 use hoverlock_reference::image::plane::Plane;
+
+/// The rings, computed once: their sines take longer than the comparisons of a point.
+static RINGS: LazyLock<[Ring; MAX_PAIRS]> = LazyLock::new(Ring::defaults);
 
 /// Computes the plain LBP of both rings at a pixel.
 ///
@@ -16,9 +21,8 @@ use hoverlock_reference::image::plane::Plane;
 /// If a ring point is outside the frame.
 pub fn descriptor<T: Copy + PartialOrd>(intensity: &Plane<T>, x: usize, y: usize) -> Descriptor {
     let centre = intensity[(x, y)];
-    let rings = Ring::defaults();
     let word = |k: usize| {
-        rings[k].0.iter().enumerate().fold(0, |word, (i, &(dx, dy))| {
+        RINGS[k].0.iter().enumerate().fold(0, |word, (i, &(dx, dy))| {
             let at = (x.wrapping_add_signed(dx as isize), y.wrapping_add_signed(dy as isize));
             word | u32::from(intensity[at] >= centre) << i
         })

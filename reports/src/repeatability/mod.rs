@@ -155,8 +155,13 @@ pub fn curves(
     let in_reference = points(&reference);
     let sample = |warp: Warp, value: f64| {
         let homography = warp.homography(value, view.width, view.height);
-        let current = view.seen_through(&homography);
-        let (points, stability) = compare(&in_reference, &points(&current), &homography, &reference)?;
+        // One value of each curve is no warp at all.
+        let in_current = if homography == Matrix3::identity() {
+            in_reference.clone()
+        } else {
+            points(&view.seen_through(&homography))
+        };
+        let (points, stability) = compare(&in_reference, &in_current, &homography, &reference)?;
         let &[ideal, recursive, ref others @ ..] = &stability[..] else { return None };
         Some(Sample { value, points, ideal, recursive, other: others.first().copied() })
     };
