@@ -47,6 +47,7 @@
 //! | `readings` | the updates by attitude and laser |
 //! | `rotation` | small rotations as vectors |
 //! | `sightings` | the update by sightings of landmarks |
+//! | `sparse` | products with a transition, most of whose elements are 0 |
 //!
 //! Nothing here allocates after [`Filter::new`].
 
@@ -55,6 +56,7 @@ mod projection;
 mod readings;
 mod rotation;
 mod sightings;
+mod sparse;
 
 use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::Attitude;
@@ -63,6 +65,7 @@ pub use prediction::Prediction;
 use projection::{CameraErrors, MovingCamera, PairState};
 use rotation::{exponential, orthonormal, skew};
 use sightings::Scratch;
+use sparse::{SparseRows, transposed};
 pub use sightings::Sighting;
 
 /// Keyframes at most.
@@ -150,6 +153,8 @@ const FREE_VELOCITY: f64 = 30.0;
 const FREE_RATE: f64 = 0.3;
 
 type Vehicle = SMatrix<f64, VEHICLE, VEHICLE>;
+/// The same, row by row.
+type Rows = [[f64; VEHICLE]; VEHICLE];
 
 /// A sample of the IMU with its interval.
 #[derive(Debug, Clone, Copy)]
@@ -300,7 +305,8 @@ impl Filter {
 
     /// Predicts over samples of the IMU.
     pub fn predict(&mut self, steps: impl Iterator<Item = Step>, sensors: &SensorErrors) {
-        let (mut transition, mut noise, mut slope_noise) = (Vehicle::identity(), Vehicle::zeros(), 0.0);
+        let mut transition: Rows = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
+        let (mut noise, mut slope_noise) = ([[0.0; VEHICLE]; VEHICLE], 0.0);
         self.set_free(false);
         let walk = self.walk_factor();
         self.has_rates = false;
@@ -322,14 +328,15 @@ impl Filter {
             for axis in WANDER..CAMERA {
                 f[(axis, axis)] = decay;
             }
-            transition = f * transition;
-            noise = f * noise * f.transpose();
+            let f = SparseRows::of(&f);
+            transition = f.times(&transition);
+            noise = transposed(&f.times(&transposed(&f.times(&noise))));
             for (axis, reading) in attitude_errors(sensors).into_iter().enumerate() {
-                noise[(VELOCITY + axis, VELOCITY + axis)] += FORCE_NOISE * FORCE_NOISE * h;
-                noise[(ROTATION + axis, ROTATION + axis)] += GYRO_NOISE * GYRO_NOISE * h;
-                noise[(GYRO_BIAS + axis, GYRO_BIAS + axis)] += GYRO_BIAS_WALK * GYRO_BIAS_WALK * h * walk;
-                noise[(FORCE_BIAS + axis, FORCE_BIAS + axis)] += FORCE_BIAS_WALK * FORCE_BIAS_WALK * h * walk;
-                noise[(WANDER + axis, WANDER + axis)] += reading * reading * (1.0 - decay * decay);
+                noise[VELOCITY + axis][VELOCITY + axis] += FORCE_NOISE * FORCE_NOISE * h;
+                noise[ROTATION + axis][ROTATION + axis] += GYRO_NOISE * GYRO_NOISE * h;
+                noise[GYRO_BIAS + axis][GYRO_BIAS + axis] += GYRO_BIAS_WALK * GYRO_BIAS_WALK * h * walk;
+                noise[FORCE_BIAS + axis][FORCE_BIAS + axis] += FORCE_BIAS_WALK * FORCE_BIAS_WALK * h * walk;
+                noise[WANDER + axis][WANDER + axis] += reading * reading * (1.0 - decay * decay);
             }
             // Other ground has another slope.
             slope_noise += self.velocity.xy().norm() * h / (CELLS_ACROSS * self.cell_m);
@@ -340,7 +347,8 @@ impl Filter {
             (self.rates, self.has_rates) = (rates, true);
         }
         self.pose.rotation = orthonormal(&self.pose.rotation);
-        self.propagate(&transition, &noise);
+        let matrix = |rows: &Rows| Vehicle::from_fn(|row, column| rows[row][column]);
+        self.propagate(&matrix(&transition), &matrix(&noise));
         let variance = SLOPE_SIGMA * SLOPE_SIGMA;
         for i in SLOPE..CORE {
             let walked = self.at(i, i) + variance * slope_noise;

@@ -105,6 +105,8 @@ pub struct Fitted {
 
 /// A row for each touched cell, with an element for each state of a pair.
 pub(super) type CellRows = Vec<[f64; PAIR]>;
+/// An element for each state.
+type StateRow = [f64; STATES];
 
 /// Memory of an update, with the letters of the [module](self).
 pub(super) struct Scratch {
@@ -128,11 +130,11 @@ pub(super) struct Scratch {
     /// Right-hand sides and solutions, a column for each state: `-t` above `w`.
     pub(super) gain: Vec<f64>,
     /// `v`, a row for each touched cell.
-    pub(super) height_gain: Vec<f64>,
+    pub(super) height_gain: Vec<StateRow>,
     /// `P_yx`, a row for each element of `y`.
-    pub(super) columns: Vec<f64>,
+    pub(super) columns: Vec<StateRow>,
     /// `(M L)^T`, a row for each element of `y`.
-    pub(super) product: Vec<f64>,
+    pub(super) product: Vec<StateRow>,
 }
 
 impl Scratch {
@@ -149,9 +151,9 @@ impl Scratch {
             correlation: Vec::with_capacity(MAX_TOUCHED_CELLS),
             system: vec![0.0; SYSTEM * SYSTEM],
             gain: vec![0.0; SYSTEM * STATES],
-            height_gain: vec![0.0; MAX_TOUCHED_CELLS * STATES],
-            columns: vec![0.0; (PAIR + MAX_TOUCHED_CELLS) * STATES],
-            product: vec![0.0; (PAIR + MAX_TOUCHED_CELLS) * STATES],
+            height_gain: vec![[0.0; STATES]; MAX_TOUCHED_CELLS],
+            columns: vec![[0.0; STATES]; PAIR + MAX_TOUCHED_CELLS],
+            product: vec![[0.0; STATES]; PAIR + MAX_TOUCHED_CELLS],
         }
     }
 }
@@ -318,13 +320,13 @@ impl Filter {
             let target = residual + by * SMatrix::<f64, PAIR, 1>::from_column_slice(change);
             let weighted_by = weight * by;
             let (weighted_g, weighted_target) = (weight * g, weight * target);
-            for (i, row) in poses.iter_mut().enumerate() {
-                let column = by.column(i);
-                for (j, value) in row.iter_mut().enumerate().skip(i) {
-                    *value += column.dot(&weighted_by.column(j));
+            let (columns, weighted_columns) = (columns_of(&by), columns_of(&weighted_by));
+            for (i, (row, [x, y])) in poses.iter_mut().zip(columns).enumerate() {
+                for (value, [u, v]) in row[i..].iter_mut().zip(&weighted_columns[i..]) {
+                    *value += x * u + y * v;
                 }
-                coupling[height][i] += column.dot(&weighted_g);
-                pose_vector[i] += column.dot(&weighted_target);
+                coupling[height][i] += x * weighted_g.x + y * weighted_g.y;
+                pose_vector[i] += x * weighted_target.x + y * weighted_target.y;
             }
             heights[height] += g.dot(&weighted_g);
             height_vector[height] += g.dot(&weighted_target);
@@ -402,20 +404,15 @@ impl Filter {
         let Self { covariance, cross, scratch, .. } = self;
         let Scratch { cells, place, gain, height_gain, columns, product, pose_vector, height_vector, .. } = scratch;
         let mut by = [0.0; STATES];
-        let gains = gain[PAIR * STATES..].chunks_exact(STATES).zip(&*pose_vector);
-        for (row, n) in gains.chain(height_gain.chunks_exact(STATES).zip(&*height_vector)) {
+        let gains = gain[PAIR * STATES..].as_chunks().0.iter().zip(&*pose_vector);
+        for (row, n) in gains.chain(height_gain.iter().zip(&*height_vector)) {
+            let row: &StateRow = row;
             by.iter_mut().zip(row).for_each(|(value, gain)| *value += gain * n);
         }
         let size = PAIR + cells.len();
-        for row in 0..active {
-            for column in 0..=row {
-                let less: f64 = (0..size).map(|j| product[j * STATES + row] * columns[j * STATES + column]).sum();
-                let value = covariance[row * STATES + column] - less;
-                covariance[row * STATES + column] = value;
-                covariance[column * STATES + row] = value;
-            }
-        }
+        subtract_products(covariance, &product[..size], &columns[..size], active);
         let variance = self.height_sigma * self.height_sigma;
+        let of_poses = transposed(&product[..PAIR]);
         for cell in 0..CELLS {
             let touched = place[cell];
             // P_yh of this cell, before the update.
@@ -423,10 +420,10 @@ impl Filter {
             if touched == usize::MAX && before.iter().all(|value| *value == 0.0) {
                 continue;
             }
-            for row in 0..active {
-                let mut less: f64 = (0..PAIR).map(|j| product[j * STATES + row] * before[j]).sum();
+            for (row, of_pose) in of_poses.iter().enumerate().take(active) {
+                let mut less: f64 = of_pose.iter().zip(&before).map(|(product, before)| product * before).sum();
                 if touched != usize::MAX {
-                    less += product[(PAIR + touched) * STATES + row] * variance;
+                    less += product[PAIR + touched][row] * variance;
                 }
                 cross[row * CELLS + cell] -= less;
             }
@@ -441,40 +438,40 @@ impl Filter {
         let Self { covariance, cross, scratch, .. } = self;
         let Scratch { cells, coupling, heights, correlation, system, gain, height_gain, columns, product, .. } =
             scratch;
-        let (poses, rest) = columns.split_at_mut(PAIR * STATES);
-        for (row, state) in poses.chunks_exact_mut(STATES).zip(states) {
+        let (poses, rest) = columns.split_at_mut(PAIR);
+        for (row, state) in poses.iter_mut().zip(states) {
             row.copy_from_slice(&covariance[state * STATES..(state + 1) * STATES]);
         }
-        for (row, cell) in rest.chunks_exact_mut(STATES).zip(&*cells) {
+        let rest = &mut rest[..cells.len()];
+        for (row, cell) in rest.iter_mut().zip(&*cells) {
             row.iter_mut().enumerate().for_each(|(state, value)| *value = cross[state * CELLS + cell]);
         }
-        let add = |to: &mut [f64], factor: f64, from: &[f64]| {
-            to.iter_mut().zip(from).take(active).for_each(|(value, other)| *value += factor * other);
+        let add = |to: &mut StateRow, factor: f64, from: &StateRow| {
+            to[..active].iter_mut().zip(from).for_each(|(value, other)| *value += factor * other);
         };
-        let (above, below) = gain.split_at_mut(PAIR * STATES);
-        above.fill(0.0);
+        let (above, below) = gain.as_chunks_mut::<STATES>().0.split_at_mut(PAIR);
+        above.fill([0.0; STATES]);
         below.copy_from_slice(poses);
-        for (place, p) in rest.chunks_exact(STATES).enumerate().take(cells.len()) {
+        for (place, p) in rest.iter().enumerate() {
             let inverse = 1.0 / (1.0 + variance * heights[place]);
             for i in 0..PAIR {
-                add(&mut above[i * STATES..(i + 1) * STATES], -inverse * coupling[place][i], p);
-                let factor = -inverse * heights[place] * correlation[place][i];
-                add(&mut below[i * STATES..(i + 1) * STATES], factor, p);
+                add(&mut above[i], -inverse * coupling[place][i], p);
+                add(&mut below[i], -inverse * heights[place] * correlation[place][i], p);
             }
         }
         solve(system, gain, SYSTEM, STATES, active)?;
-        let (above, below) = gain.split_at(PAIR * STATES);
-        let (of_poses, of_heights) = product.split_at_mut(PAIR * STATES);
-        of_poses.iter_mut().zip(above).for_each(|(value, solved)| *value = -solved);
-        for (place, p) in rest.chunks_exact(STATES).enumerate().take(cells.len()) {
-            let v = &mut height_gain[place * STATES..(place + 1) * STATES];
-            let seen = &mut of_heights[place * STATES..(place + 1) * STATES];
+        let (above, below) = gain.as_chunks::<STATES>().0.split_at(PAIR);
+        let (of_poses, of_heights) = product.split_at_mut(PAIR);
+        for (row, solved) in of_poses.iter_mut().zip(above) {
+            row.iter_mut().zip(solved).for_each(|(value, solved)| *value = -solved);
+        }
+        for (place, p) in rest.iter().enumerate() {
+            let (v, seen) = (&mut height_gain[place], &mut of_heights[place]);
             v.copy_from_slice(p);
             seen.fill(0.0);
             for i in 0..PAIR {
-                let w = &below[i * STATES..(i + 1) * STATES];
-                add(v, correlation[place][i], &above[i * STATES..(i + 1) * STATES]);
-                add(seen, coupling[place][i], w);
+                add(v, correlation[place][i], &above[i]);
+                add(seen, coupling[place][i], &below[i]);
             }
             let inverse = 1.0 / (1.0 + variance * heights[place]);
             for (v, seen) in v.iter_mut().zip(seen) {
@@ -483,6 +480,39 @@ impl Filter {
             }
         }
         Some(())
+    }
+}
+
+/// Returns the columns of a matrix.
+fn columns_of(matrix: &SMatrix<f64, 2, PAIR>) -> &[[f64; 2]; PAIR] {
+    &matrix.data.0
+}
+
+/// Returns a row for each state.
+fn transposed(rows: &[StateRow]) -> [[f64; PAIR]; STATES] {
+    std::array::from_fn(|state| std::array::from_fn(|i| rows[i][state]))
+}
+
+/// Subtracts `product^T columns`, which is symmetric, from the covariance of the first `active` states. Four columns at
+/// a time have independent sums, which keep the pipeline of the processor filled.
+fn subtract_products(covariance: &mut [f64], product: &[StateRow], columns: &[StateRow], active: usize) {
+    const AT_ONCE: usize = 4;
+    for row in 0..active {
+        for first in (0..=row).step_by(AT_ONCE) {
+            let mut less = [-0.0; AT_ONCE];
+            for (product, column) in product.iter().zip(columns) {
+                let factor = product[row];
+                // Beyond the last state there is nothing.
+                let tail = || std::array::from_fn(|i| column.get(first + i).copied().unwrap_or_default());
+                let column = column[first..].first_chunk::<AT_ONCE>().copied().unwrap_or_else(tail);
+                less.iter_mut().zip(column).for_each(|(less, value)| *less += factor * value);
+            }
+            for (column, less) in (first..=row).zip(less) {
+                let value = covariance[row * STATES + column] - less;
+                covariance[row * STATES + column] = value;
+                covariance[column * STATES + row] = value;
+            }
+        }
     }
 }
 
