@@ -12,6 +12,17 @@ pub(super) struct Words {
     pub(super) third: [u8; BYTES / 2],
 }
 
+impl Words {
+    /// Counts the bits that differ.
+    pub(super) fn hamming(&self, other: &Self) -> u32 {
+        fn differ(a: &[u8], b: &[u8]) -> u32 {
+            let words = a.as_chunks().0.iter().zip(b.as_chunks().0);
+            words.map(|(a, b)| (u32::from_le_bytes(*a) ^ u32::from_le_bytes(*b)).count_ones()).sum()
+        }
+        differ(&self.bytes, &other.bytes) + differ(&self.third, &other.third)
+    }
+}
+
 /// Bytes of the descriptor of two scale pairs.
 pub(super) const BYTES: usize = 16;
 

@@ -35,6 +35,12 @@ const FEATURE_WORK: usize = 72;
 /// Work units of a comparison within a gate, which compares the positions too.
 const GATED_WORK: usize = 2;
 
+/// Work units of a feature in the rows of a gate whose positions are compared first.
+const SCANNED_WORK: usize = 2;
+
+/// Largest radius of a gate whose positions are compared before descriptors, px: it has one in a hundred features.
+const MAX_SCANNED_RADIUS_PX: f64 = 48.0;
+
 /// A combination of the two terms of the distance.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Distance {
@@ -155,6 +161,30 @@ impl Matching {
                 _ => to.len(),
             };
             let looked_at = first / BLOCK..end.div_ceil(BLOCK);
+            let mut offer = |j: usize, hamming: u32, best_from: &mut Best, limit_to: &mut u8| {
+                let b = &to[j];
+                let difference = (a.response - b.response).abs();
+                let distance = sum(hamming, difference);
+                best_from.offer(distance, difference, j);
+                best_to[j].offer(distance, difference, i);
+                *limit_to = floor(limit(&best_to[j]));
+            };
+            if let Some((position, radius2)) = expected
+                && radius2 <= MAX_SCANNED_RADIUS_PX * MAX_SCANNED_RADIUS_PX
+            {
+                // Few are in the gate, so positions are compared first.
+                if !budget.spend(SCANNED_WORK * (end - first)) {
+                    return false;
+                }
+                for (j, b) in to.iter().enumerate().take(end).skip(first) {
+                    let miss = b.position - position;
+                    if miss.x * miss.x + miss.y * miss.y <= radius2 {
+                        let hamming = a.words.hamming(&b.words);
+                        offer(j, hamming, &mut best_from[i], &mut blocks[j / BLOCK].limits[j % BLOCK]);
+                    }
+                }
+                continue;
+            }
             let each = if expected.is_some() { GATED_WORK } else { 1 };
             if !budget.spend(each * BLOCK * looked_at.len()) {
                 return false;
@@ -165,17 +195,12 @@ impl Matching {
                     let lane = closer.trailing_zeros() as usize;
                     closer &= closer - 1;
                     let j = block * BLOCK + lane;
-                    let b = &to[j];
                     if let Some((position, radius2)) = expected
-                        && (b.position - position).norm_squared() > radius2
+                        && (to[j].position - position).norm_squared() > radius2
                     {
                         continue;
                     }
-                    let difference = (a.response - b.response).abs();
-                    let distance = sum(u32::from(hamming[lane]), difference);
-                    best_from[i].offer(distance, difference, j);
-                    best_to[j].offer(distance, difference, i);
-                    near.limits[lane] = floor(limit(&best_to[j]));
+                    offer(j, u32::from(hamming[lane]), &mut best_from[i], &mut near.limits[lane]);
                 }
             }
         }
@@ -205,10 +230,9 @@ impl Matching {
 impl Match {
     /// Compares two matches; the better one is less.
     fn best_first(&self, other: &Self) -> Ordering {
-        self.distance
-            .total_cmp(&other.distance)
-            .then(self.response_difference.total_cmp(&other.response_difference))
-            .then(self.reference.cmp(&other.reference))
+        // Both are not negative, so their bits have their order.
+        let key = |m: &Self| (m.distance.to_bits(), m.response_difference.to_bits(), m.reference);
+        key(self).cmp(&key(other))
     }
 }
 

@@ -13,14 +13,20 @@ const CROWDING_RADIUS_PX: f64 = 32.0;
 
 /// Returns the probability that a wrong match agrees with a given motion, that is has `e^2 < max_squared_error` (px^2).
 /// `gate_radius` (px) is the radius of the gate that the matches were found in.
-pub(super) fn agreement_probability(pairs: &[Pair], max_squared_error: f64, gate_radius: Option<f64>) -> f64 {
+/// `positions` is reusable memory.
+pub(super) fn agreement_probability(
+    pairs: &[Pair],
+    max_squared_error: f64,
+    gate_radius: Option<f64>,
+    positions: &mut Vec<[u16; 2]>,
+) -> f64 {
     let crowding_radius2 = CROWDING_RADIUS_PX * CROWDING_RADIUS_PX;
     let within_gate = gate_radius.map_or(0.0, |radius| max_squared_error / (radius * radius));
     if within_gate >= max_squared_error / crowding_radius2 {
         // Even fully crowded features do not agree more often.
         return within_gate.min(1.0);
     }
-    let close = close_pairs(pairs);
+    let close = close_pairs(pairs, positions);
     let all = pairs.len() * pairs.len().saturating_sub(1) / 2;
     // One more than counted: a small number of pairs cannot show that no features crowd.
     let crowding = (close + 1) as f64 / (all + 1) as f64;
@@ -29,21 +35,24 @@ pub(super) fn agreement_probability(pairs: &[Pair], max_squared_error: f64, gate
 }
 
 /// Counts the pairs of positions in CUR less than 32 px apart. Positions are in steps of 1/4 px: of 16-bit integers a
-/// vector unit compares eight or more at a time.
-fn close_pairs(pairs: &[Pair]) -> usize {
+/// vector unit compares eight or more at a time. Sorted by row, a block of positions is compared with those behind it
+/// up to the first that is too far below. `positions` is reusable memory.
+fn close_pairs(pairs: &[Pair], positions: &mut Vec<[u16; 2]>) -> usize {
     const STEPS: f64 = 4.0;
     const RADIUS: u16 = (CROWDING_RADIUS_PX * STEPS) as u16;
     const BLOCK: usize = 64;
     // Positions may be a little outside the picture; beyond -4096 and 12 287 px they saturate.
     let fixed = |pair: &Pair| (pair.current * STEPS).map(|v| (v + 4096.0 * STEPS) as u16);
+    positions.clear();
+    positions.extend(pairs.iter().map(|pair| <[u16; 2]>::from(fixed(pair))));
+    positions.sort_unstable_by_key(|[x, y]| u32::from(*y) << 16 | u32::from(*x));
     let mut close = 0;
-    for (block, others) in pairs.chunks(BLOCK).enumerate() {
+    for (block, others) in positions.chunks(BLOCK).enumerate() {
         let (mut x, mut y) = ([0; BLOCK], [0; BLOCK]);
         for ((x, y), other) in x.iter_mut().zip(&mut y).zip(others) {
-            [*x, *y] = fixed(other).into();
+            [*x, *y] = *other;
         }
-        let mut near = |a: &Pair, x: &[u16], y: &[u16]| {
-            let [ax, ay]: [u16; 2] = fixed(a).into();
+        let mut near = |[ax, ay]: [u16; 2], x: &[u16], y: &[u16]| {
             let mut count = 0u16;
             for (x, y) in x.iter().zip(y) {
                 // Clamped to the radius, beyond which the pair does not count anyway, so that the squares fit 16 bits.
@@ -53,10 +62,11 @@ fn close_pairs(pairs: &[Pair]) -> usize {
             close += usize::from(count);
         };
         for (i, a) in others.iter().enumerate() {
-            near(a, &x[..i], &y[..i]);
+            near(*a, &x[..i], &y[..i]);
         }
-        for a in &pairs[block * BLOCK + others.len()..] {
-            near(a, &x, &y);
+        let lowest = y[others.len() - 1];
+        for a in positions[block * BLOCK + others.len()..].iter().take_while(|[_, y]| y - lowest < RADIUS) {
+            near(*a, &x, &y);
         }
     }
     close

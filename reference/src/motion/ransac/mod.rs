@@ -135,6 +135,7 @@ impl Consensus {
 pub struct SearchBuffers {
     sample: Vec<Pair>,
     inliers: Vec<Pair>,
+    positions: Vec<[u16; 2]>,
     refit: RefitBuffers,
 }
 
@@ -144,6 +145,7 @@ impl SearchBuffers {
         Self {
             sample: Vec::with_capacity(MAX_SAMPLE_PAIRS),
             inliers: Vec::with_capacity(pairs),
+            positions: Vec::with_capacity(pairs),
             refit: RefitBuffers::with_capacity(pairs),
         }
     }
@@ -245,7 +247,7 @@ impl Ransac {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         let mut sampler = Sampler::new(self.order, n, m, self.max_samples);
         let mut uniform = Sampler::new(Order::Uniform, n, m, self.max_samples);
-        let SearchBuffers { sample, inliers, refit } = buffers;
+        let SearchBuffers { sample, inliers, positions, refit } = buffers;
         let mut samples = 0;
         let mut needed = self.max_samples;
         // Only every other sample is drawn from all pairs.
@@ -273,7 +275,7 @@ impl Ransac {
             return Err(if budget.is_exhausted() { RansacError::BudgetExhausted } else { RansacError::Degenerate(n) });
         };
         let best = self.refitted(best, pairs, factor, budget, refit);
-        let alpha = agreement_probability(pairs, self.max_squared_error, gate_radius);
+        let alpha = agreement_probability(pairs, self.max_squared_error, gate_radius, positions);
         let votes = best.score.votes;
         let log10_nfa = log10_nfa(n, votes, m, alpha);
         if log10_nfa > libm::log10(MAX_NFA) {
