@@ -42,6 +42,7 @@
 //!
 //! | module | its one job |
 //! |---|---|
+//! | `information` | the sum of the information of sightings |
 //! | `prediction` | where landmarks are expected in the present frame |
 //! | `projection` | the image of a landmark in the present frame, with its derivatives |
 //! | `readings` | the updates by attitude and laser |
@@ -51,6 +52,7 @@
 //!
 //! Nothing here allocates after [`Filter::new`].
 
+mod information;
 mod prediction;
 mod projection;
 mod readings;
@@ -65,8 +67,8 @@ pub use prediction::Prediction;
 use projection::{CameraErrors, MovingCamera, PairState};
 use rotation::{exponential, orthonormal, skew};
 use sightings::Scratch;
-use sparse::{SparseRows, transposed};
 pub use sightings::Sighting;
+use sparse::{SparseRows, transposed};
 
 /// Keyframes at most.
 pub const MAX_KEYFRAMES: usize = 8;
@@ -152,6 +154,11 @@ const FREE_VELOCITY: f64 = 30.0;
 /// Without samples of the IMU: angular velocity that the camera may have, rad/s.
 const FREE_RATE: f64 = 0.3;
 
+/// Work units of a prediction, and of the updates by attitude and laser, without cells.
+pub const PREDICTION_WORK: usize = 30_000;
+/// Work units of a cell in them.
+pub const CELL_PREDICTION_WORK: usize = 300;
+
 type Vehicle = SMatrix<f64, VEHICLE, VEHICLE>;
 /// The same, row by row.
 type Rows = [[f64; VEHICLE]; VEHICLE];
@@ -165,6 +172,20 @@ pub struct Step {
     pub force: Vector3<f64>,
     /// Duration, s.
     pub seconds: f64,
+}
+
+impl Step {
+    /// Returns successive steps as one with their mean; one step is returned as it is.
+    pub fn merged(steps: &[Self]) -> Self {
+        let [first, rest @ ..] = steps else {
+            return Self { rates: Vector3::zeros(), force: Vector3::zeros(), seconds: 0.0 };
+        };
+        rest.iter().fold(*first, |sum, step| {
+            let seconds = sum.seconds + step.seconds;
+            let mean = |a: &Vector3<f64>, b: &Vector3<f64>| (a * sum.seconds + b * step.seconds) / seconds;
+            Self { rates: mean(&sum.rates, &step.rates), force: mean(&sum.force, &step.force), seconds }
+        })
+    }
 }
 
 /// Position and rotation of a camera.
@@ -209,6 +230,9 @@ pub struct Filter {
     is_free: bool,
     /// Running NIS of the sightings, and its largest value, which decays.
     nis: [f64; 2],
+    /// Cells whose height may have a correlation with the state, and their number.
+    is_correlated: Vec<bool>,
+    correlated: usize,
     /// Running mean square of what residuals of a block of the picture have in common, px^2.
     common: f64,
     scratch: Scratch,
@@ -242,6 +266,8 @@ impl Filter {
             is_free: true,
             nis: [0.0; 2],
             common: 0.0,
+            is_correlated: vec![false; CELLS],
+            correlated: 0,
             scratch: Scratch::new(),
         }
     }
@@ -253,6 +279,8 @@ impl Filter {
         let is_sound = self.is_sound();
         self.keyframes = [None; MAX_KEYFRAMES];
         self.cross.fill(0.0);
+        self.is_correlated.fill(false);
+        self.correlated = 0;
         self.cell_m = (width_m / CELLS_ACROSS).max(1e-3);
         self.pose.position = Vector3::new(0.0, 0.0, -height);
         self.max_height_sigma = MAX_HEIGHT_SIGMA_M.min(HEIGHT_SIGMA * height);
@@ -539,6 +567,17 @@ impl Filter {
             cell.clamp(0.0, GRID_SIDE as f64 - 1.0) as usize
         };
         index(point.y) * GRID_SIDE + index(point.x)
+    }
+
+    /// Notes that the height of a cell has a correlation with the state.
+    fn set_correlated(&mut self, cell: usize) {
+        self.correlated += usize::from(!self.is_correlated[cell]);
+        self.is_correlated[cell] = true;
+    }
+
+    /// Returns the work units of a prediction without its steps, and of the updates by attitude and laser.
+    pub fn prediction_work(&self) -> usize {
+        PREDICTION_WORK + CELL_PREDICTION_WORK * self.correlated
     }
 
     /// Returns what the images of the landmarks of keyframe `k` depend on.

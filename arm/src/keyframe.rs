@@ -40,8 +40,16 @@ const MAX_HAMMING: u32 = 12;
 const VOTE_RADIUS_PX: f64 = 3.0;
 /// Sightings whose shift is a candidate of the vote.
 const MAX_VOTE_CANDIDATES: usize = 64;
-/// Work units of predicting a landmark.
-const PREDICTION_WORK: usize = 40;
+/// Work units of predicting a landmark, and of a gate.
+pub const LANDMARK_WORK: usize = 175;
+/// Work units of a feature in the rows of a gate.
+pub const SCANNED_WORK: usize = 2;
+/// Work units of a feature in a gate.
+pub const COMPARISON_WORK: usize = 14;
+/// Work units of making a sighting.
+pub const SIGHTED_WORK: usize = 20;
+/// Work units of a sighting in the vote.
+pub const VOTED_WORK: usize = 64;
 
 /// A feature of a keyframe with its history.
 #[derive(Debug, Clone, Copy, Default)]
@@ -156,7 +164,8 @@ pub fn position(feature: &Feature) -> Vector2<f64> {
 
 /// Matches the landmarks of keyframe `k` with the features of the present frame, in raster order, where the filter
 /// predicts them, into `memory.sightings`. Returns the number of inliers that the frame needs; `None` if the prediction
-/// is too uncertain for a matching, or if the budget is exhausted.
+/// is too uncertain for a matching, or if the budget does not pay for the predictions. If it ends later, landmarks that
+/// are spread over the picture have been matched, and the others count as not expected.
 pub fn match_predicted(
     filter: &Filter,
     k: usize,
@@ -172,7 +181,8 @@ pub fn match_predicted(
         let reach = gate_reach(&prediction.covariance);
         is_uncertain = reach[0].max(reach[1]) > MAX_GATE_PX;
     });
-    if is_uncertain || !budget.spend(PREDICTION_WORK * keyframe.features.len()) {
+    let fixed = LANDMARK_WORK * keyframe.features.len() + SIGHTED_WORK * current.len();
+    if is_uncertain || !budget.spend(fixed) {
         return None;
     }
     let MatchMemory { predicted, taken, shifts, sightings } = memory;
@@ -189,8 +199,9 @@ pub fn match_predicted(
     // Of landmarks that are not proven, and of proven ones.
     let mut comparisons = [0; 2];
     let mut largest: f64 = 0.0;
-    for (landmark, prediction) in predicted.iter().enumerate() {
-        let Some(prediction) = prediction else { continue };
+    let mut order = spread(predicted.len());
+    while let Some(landmark) = order.next() {
+        let Some(prediction) = predicted[landmark] else { continue };
         let covariance = prediction.covariance + keyframe.sighting_covariance(landmark);
         let Some(inverse) = covariance.try_inverse() else { continue };
         let reach = gate_reach(&covariance);
@@ -201,15 +212,19 @@ pub fn match_predicted(
         largest = largest.max(reached);
         let feature = &keyframe.features[landmark];
         let top = (prediction.image.y - reach[1]).max(0.0) as u32;
+        let bottom = prediction.image.y + reach[1] + 1.0;
         let first = current.partition_point(|other| other.y < top);
+        let count = current[first..].partition_point(|other| f64::from(other.y) <= bottom);
+        let mut is_paid = budget.spend(SCANNED_WORK * count);
         let mut best: Option<(u32, usize)> = None;
-        for (index, other) in current.iter().enumerate().skip(first) {
-            if f64::from(other.y) > prediction.image.y + reach[1] + 1.0 {
-                break;
-            }
+        for (index, other) in current.iter().enumerate().skip(first).take(if is_paid { count } else { 0 }) {
             let near = (f64::from(other.x) - prediction.image.x).abs() <= reach[0] + 1.0;
             if !near || other.scale != feature.scale || other.bright != feature.bright {
                 continue;
+            }
+            is_paid = budget.spend(COMPARISON_WORK);
+            if !is_paid {
+                break;
             }
             let miss = position(other) - prediction.image;
             if miss.dot(&(inverse * miss)) > GATE_SIGMAS * GATE_SIGMAS {
@@ -221,14 +236,17 @@ pub fn match_predicted(
                 best = Some((differ, index));
             }
         }
+        if !is_paid {
+            predicted[landmark] = None;
+            order.by_ref().for_each(|landmark| predicted[landmark] = None);
+            break;
+        }
+        // Of equals the first landmark is taken, in whatever order they come.
         if let Some((differ, index)) = best
-            && taken[index].is_none_or(|(least, _)| differ < least)
+            && taken[index].is_none_or(|least| (differ, landmark) < least)
         {
             taken[index] = Some((differ, landmark));
         }
-    }
-    if !budget.spend(comparisons.iter().sum()) {
-        return None;
     }
     sightings.clear();
     for (index, found) in taken.iter().enumerate() {
@@ -253,12 +271,26 @@ pub fn match_predicted(
         shifts.extend(sightings.iter().map(|sighting| {
             sighting.current - predicted[sighting.landmark].map_or(sighting.current, |prediction| prediction.image)
         }));
-        if !budget.spend(shifts.len() * MAX_VOTE_CANDIDATES / 16) {
+        if !budget.spend(VOTED_WORK * shifts.len()) {
             return None;
         }
         keep_consensus(shifts, sightings);
     }
     Some(MIN_INLIERS[usize::from(is_startup)] + counted / COMPARISONS_PER_INLIER)
+}
+
+/// Returns the numbers below `count`, each once, so that every beginning is spread evenly: steps near the golden ratio.
+fn spread(count: usize) -> impl Iterator<Item = usize> {
+    let is_coprime = |step: &usize| {
+        let (mut a, mut b) = (count, *step);
+        while b > 0 {
+            (a, b) = (b, a % b);
+        }
+        a == 1
+    };
+    let golden = count * 618 / 1000;
+    let step = (golden.max(1)..=count.max(1)).find(is_coprime).unwrap_or(1);
+    (0..count).map(move |i| i * step % count)
 }
 
 /// Returns half the width and half the height of the gate, px.

@@ -13,11 +13,10 @@ use crate::framing::RawMessage;
 use crate::hardware::{self, Fpga, HardwareError, Size, registers};
 use crate::line::{Estimate, Line, Reason, Status};
 use crate::message::{self, Command, Frame, Inertial, MessageError, Registers, Telemetry};
-pub use crate::tracker::RESERVED_WORK;
 use crate::tracker::Tracker;
 use hoverlock_fixed_point::model::record::FeatureRecord;
 use hoverlock_reference::features::feature::Feature;
-use hoverlock_reference::motion::budget::Budget;
+use hoverlock_reference::motion::budget::{Budget, UNIT_INSTRUCTIONS};
 use hoverlock_reference::motion::mark::{Part, mark};
 use hoverlock_reference::motion::model::Pair;
 use hoverlock_reference::motion::orthophoto::Camera;
@@ -25,10 +24,17 @@ use hoverlock_reference::motion::orthophoto::Camera;
 /// Features of a frame that are used at most: those with the largest responses.
 const MAX_FEATURES: usize = 1024;
 
-/// Work units that a frame may spend. A unit is at most twelve instructions of the Cortex-A9, counted by
-/// `make bench-arm`, so this is up to 26 million; records and output take one million more. Three rounds of matching
-/// take 0.9 million units if the features are spread evenly over scales and polarities.
-const WORK_UNITS: u64 = 2_200_000;
+/// Instructions of the Cortex-A9 that a frame may take.
+pub const MAX_FRAME_INSTRUCTIONS: u64 = 25_000_000;
+
+/// Work units that a frame may spend.
+pub const WORK_UNITS: u64 = MAX_FRAME_INSTRUCTIONS / UNIT_INSTRUCTIONS;
+
+/// Work units of a record: check, unpacking, and the choice of the strongest.
+pub const RECORD_WORK: usize = 60;
+
+/// Work units of a frame without its records, its prediction and its keyframes: parsing, views, line of output.
+pub const LINE_WORK: usize = 8_000;
 
 /// Messages, and telemetry of frames, that are kept to recognise repetitions and to match frames.
 const HISTORY_MESSAGES: usize = 16;
@@ -293,21 +299,25 @@ impl Navigator {
     /// Processes the frame whose features are in `current`, now that its telemetry is known.
     fn finish_frame(&mut self, line: Line, telemetry: &Telemetry, out: &mut impl FnMut(&Line)) {
         let mut line = Line { time_us: Some(telemetry.time_us), ..line };
-        let reserved = RESERVED_WORK.min(self.work);
-        let (mut search, mut fit) = (Budget::new(self.work - reserved), Budget::new(reserved));
+        let mut budget = Budget::new(self.work);
+        let records = line.features + line.dropped;
         line.reference = if self.capture { None } else { self.tracker.origin() };
-        let outcome = self.estimate(line.frame, telemetry, [&mut search, &mut fit]);
+        let outcome = if budget.spend(LINE_WORK + RECORD_WORK * records) {
+            self.estimate(line.frame, telemetry, &mut budget)
+        } else {
+            Err(Reason::Work)
+        };
         mark(Part::Frame);
         match outcome {
             Ok(Some(estimate)) => {
                 line.reference = estimate.keyframe;
                 line.estimate = Some(estimate);
-                line.status = if search.is_exhausted() { Status::Late } else { Status::Estimate };
+                line.status = if budget.is_late() { Status::Late } else { Status::Estimate };
             }
             Ok(None) => line.status = Status::Reference,
             Err(reason) => line.reason = Some(reason),
         }
-        line.work = search.spent() + fit.spent();
+        line.work = budget.spent();
         self.emit(line, out);
     }
 
@@ -316,16 +326,16 @@ impl Navigator {
         &mut self,
         frame: Option<u32>,
         telemetry: &Telemetry,
-        budgets: [&mut Budget; 2],
+        budget: &mut Budget,
     ) -> Result<Option<Estimate>, Reason> {
         let size = self.size.ok_or(Reason::Registers)?;
         let camera =
             Camera::with_field_of_view(usize::from(size.width), usize::from(size.height), telemetry.field_of_view)?;
         if self.capture {
-            self.tracker.capture(frame, telemetry, camera, &self.current)?;
+            self.tracker.capture(frame, telemetry, camera, &self.current, budget)?;
             (self.capture, self.renew) = (false, false);
             return Ok(None);
         }
-        self.tracker.estimate(frame, telemetry, camera, &self.current, &mut self.renew, budgets).map(Some)
+        self.tracker.estimate(frame, telemetry, camera, &self.current, &mut self.renew, budget).map(Some)
     }
 }

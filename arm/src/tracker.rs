@@ -68,8 +68,18 @@ const OVERLAP_GRID: (u32, u32) = (16, 12);
 
 /// Inliers that a keyframe needs at least.
 const MIN_INLIERS: usize = MIN_FEATURES;
-/// Part of the work of a frame that is reserved for fits: two, or one without samples of the IMU.
-pub const RESERVED_WORK: u64 = 700_000;
+/// Sightings whose fit the search must leave work for.
+const RESERVED_SIGHTINGS: usize = 256;
+/// Steps of a prediction at most: with more samples between two frames, neighbours are merged. 0.6 s at 200 a second.
+pub const MAX_STEPS: usize = 128;
+/// Work units of a step.
+pub const STEP_WORK: usize = 2_600;
+/// Work units of predicting and of adding a keyframe, without steps and states.
+pub const KEYFRAMES_WORK: usize = 35_000;
+/// Work units of a landmark after a fit: its history.
+pub const LEARNED_WORK: usize = 20;
+/// Work units of a pair that the search has found: its sighting, and the check for the pattern of the sensor.
+pub const ACQUIRED_WORK: usize = 80;
 
 /// Age at which a captured frame must be found again to be confirmed, us. By then waves of 6 m or less have moved by at
 /// least an eighth of their length.
@@ -183,7 +193,7 @@ impl Tracker {
             return;
         }
         if self.samples.len() == MAX_SAMPLES {
-            self.samples.remove(0);
+            self.samples.drain(..MAX_SAMPLES / 8);
         }
         self.samples.push(sample);
     }
@@ -198,13 +208,14 @@ impl Tracker {
         telemetry: &Telemetry,
         camera: Camera,
         features: &[Feature],
+        budget: &mut Budget,
     ) -> Result<(), Reason> {
         let view = View::new(camera, telemetry.attitude, telemetry.range)?;
         if features.len() < MIN_FEATURES {
             return Err(Reason::Features(features.len()));
         }
         let width = camera.last_pixel().x / camera.focal() * view.height();
-        let is_known = self.predict(telemetry);
+        let is_known = self.predict(telemetry, budget);
         let (height, attitude, sensors) = (view.height(), &telemetry.attitude, &telemetry.sensors);
         self.filter.restart(height, attitude, sensors, width, is_known && self.confirmed);
         self.clear();
@@ -214,8 +225,7 @@ impl Tracker {
         Ok(())
     }
 
-    /// Estimates the pose of a frame relative to the origin. `renew` asks for a keyframe. The budgets are those of
-    /// matching and search, and of the fit.
+    /// Estimates the pose of a frame relative to the origin. `renew` asks for a keyframe.
     ///
     /// # Errors
     /// The reason why there is no estimate.
@@ -226,13 +236,13 @@ impl Tracker {
         camera: Camera,
         features: &[Feature],
         renew: &mut bool,
-        [search, fit]: [&mut Budget; 2],
+        budget: &mut Budget,
     ) -> Result<Estimate, Reason> {
         let view = View::new(camera, telemetry.attitude, telemetry.range)?;
         if self.keyframes.is_empty() {
             return Err(Reason::Reference);
         }
-        self.predict(telemetry);
+        self.predict(telemetry, budget);
         let filter = &mut self.filter;
         filter.update_attitude(&telemetry.attitude, &telemetry.sensors);
         filter.update_range(telemetry.range, telemetry.sensors.range);
@@ -246,7 +256,7 @@ impl Tracker {
             return Err(Reason::Features(features.len()));
         }
         let present = Present { frame, telemetry, camera, features };
-        let found = self.find(&present, search, fit);
+        let found = self.find(&present, budget);
         if !self.filter.is_sound() {
             self.clear();
             return Err(Reason::Reference);
@@ -266,7 +276,7 @@ impl Tracker {
     }
 
     /// Predicts the filter to the time of a frame; returns `false` if samples of the IMU are missing.
-    fn predict(&mut self, telemetry: &Telemetry) -> bool {
+    fn predict(&mut self, telemetry: &Telemetry, budget: &mut Budget) -> bool {
         let (from, to) = (self.time_us, telemetry.time_us);
         self.time_us = to;
         let filter = &mut self.filter;
@@ -295,8 +305,12 @@ impl Tracker {
         let kept = self.samples.iter().rposition(|sample| sample.time_us <= to).unwrap_or(0);
         self.samples.drain(..kept);
         let is_covered = elapsed.is_some_and(|elapsed| covered + MAX_UNCOVERED_US >= elapsed);
+        let group = self.steps.len().div_ceil(MAX_STEPS).max(1);
+        let steps = self.steps.chunks(group).map(Step::merged);
+        // A frame always has the units for this: they are less than half of its budget.
+        budget.spend(KEYFRAMES_WORK + STEP_WORK * steps.len() + filter.prediction_work());
         if is_covered {
-            filter.predict(self.steps.iter().copied(), &telemetry.sensors);
+            filter.predict(steps, &telemetry.sensors);
         } else {
             filter.predict_free(elapsed.map_or(MAX_FREE_S, |elapsed| elapsed as f64 / 1e6).min(MAX_FREE_S));
         }
@@ -304,7 +318,7 @@ impl Tracker {
     }
 
     /// Finds keyframes in a frame, and fits the filter to them.
-    fn find(&mut self, present: &Present<'_>, search: &mut Budget, fit: &mut Budget) -> Result<Found, Reason> {
+    fn find(&mut self, present: &Present<'_>, budget: &mut Budget) -> Result<Found, Reason> {
         let mut usable: [Option<(usize, f64)>; 2] = [None; 2];
         for k in 0..self.keyframes.len() {
             let Some((overlap, scale)) = self.overlap_and_scale(k, &present.camera) else { continue };
@@ -324,7 +338,7 @@ impl Tracker {
         let mut best: Option<Found> = None;
         self.inliers.clear();
         for (k, _) in usable.into_iter().flatten() {
-            if let Some(found) = self.track(k, present, search, fit) {
+            if let Some(found) = self.track(k, present, budget) {
                 best = Some(found);
             }
         }
@@ -335,18 +349,21 @@ impl Tracker {
             self.add_coasted_keyframe(present);
             return Err(Reason::OutOfView);
         };
-        self.acquire(k, present, search, fit)
+        self.acquire(k, present, budget)
     }
 
     /// Matches keyframe `k` where it is predicted, and fits the filter.
-    fn track(&mut self, k: usize, present: &Present<'_>, search: &mut Budget, fit: &mut Budget) -> Option<Found> {
+    fn track(&mut self, k: usize, present: &Present<'_>, budget: &mut Budget) -> Option<Found> {
         mark(Part::Matching);
         let filter = &self.filter;
         let keyframe = &self.keyframes[k];
         let memory = &mut self.memory;
-        let matched = match_predicted(filter, k, keyframe, &present.camera, present.features, memory, search);
+        let learning = LEARNED_WORK * keyframe.features.len();
+        let mut matching = budget.split(learning + filter.work(RESERVED_SIGHTINGS));
+        let matched = match_predicted(filter, k, keyframe, &present.camera, present.features, memory, &mut matching);
+        budget.absorb(matching);
         mark(Part::Pose);
-        self.fit(k, present, matched?, fit).ok()
+        self.fit(k, present, matched?, budget).ok()
     }
 
     /// Fits the filter to the sightings of keyframe `k`.
@@ -363,11 +380,21 @@ impl Tracker {
         if sightings.len() < min_inliers {
             return Err(Reason::Sightings(sightings.len()));
         }
-        if !budget.spend(filter.work(sightings.len())) {
+        if !budget.spend(LEARNED_WORK * keyframe.features.len()) {
             return Err(Reason::Work);
         }
-        let fitted = filter.update_sightings(k, [&keyframe.camera, &present.camera], sightings, min_inliers);
-        let fitted = fitted.ok_or(Reason::Sightings(sightings.len()))?;
+        let step = thinning(filter, sightings.len(), budget.left());
+        let mut index = 0;
+        sightings.retain(|_| {
+            index += 1;
+            (index - 1) % step == 0
+        });
+        if sightings.len() < min_inliers {
+            return Err(Reason::Work);
+        }
+        let fitted = filter.update_sightings(k, [&keyframe.camera, &present.camera], sightings, min_inliers, budget);
+        let fitted = fitted
+            .ok_or_else(|| if budget.is_exhausted() { Reason::Work } else { Reason::Sightings(sightings.len()) })?;
         if !fitted.is_applied {
             let few = fitted.inliers < min_inliers;
             return Err(if few { Reason::Sightings(fitted.inliers) } else { Reason::Implausible(fitted.innovation) });
@@ -380,13 +407,7 @@ impl Tracker {
     }
 
     /// Searches keyframe `k` by RANSAC, and fits the filter to the consensus.
-    fn acquire(
-        &mut self,
-        k: usize,
-        present: &Present<'_>,
-        search: &mut Budget,
-        fit: &mut Budget,
-    ) -> Result<Found, Reason> {
+    fn acquire(&mut self, k: usize, present: &Present<'_>, budget: &mut Budget) -> Result<Found, Reason> {
         let filter = &self.filter;
         let keyframe = &self.keyframes[k];
         let views = self.views(k, &present.camera).ok_or(Reason::OutOfView)?;
@@ -398,9 +419,16 @@ impl Tracker {
                 (3.5 * sigma <= GATE_RADIUS_PX).then_some(Gate { prediction, radius: GATE_RADIUS_PX });
         }
         mark(Part::Search);
-        let motion = estimator.estimate_in(&mut self.workspace, search, &keyframe.features, present.features);
+        let pairs = ACQUIRED_WORK * keyframe.features.len().min(present.features.len());
+        let learning = LEARNED_WORK * keyframe.features.len();
+        let mut search = budget.split(pairs + learning + filter.work(RESERVED_SIGHTINGS));
+        let motion = estimator.estimate_in(&mut self.workspace, &mut search, &keyframe.features, present.features);
+        budget.absorb(search);
         mark(Part::Pose);
         let motion = motion?;
+        if !budget.spend(ACQUIRED_WORK * motion.inliers.len()) {
+            return Err(Reason::Work);
+        }
         self.inliers.clear();
         self.inliers.extend(motion.inliers.iter().map(|&i| motion.pairs[i]));
         let readings = present.telemetry;
@@ -410,7 +438,8 @@ impl Tracker {
         let sightings = &mut self.memory.sightings;
         self.memory.predicted.clear();
         sightings.clear();
-        sightings.extend(motion.inliers.iter().map(|&i| Sighting {
+        let step = thinning(filter, motion.inliers.len(), budget.left().saturating_sub(learning as u64));
+        sightings.extend(motion.inliers.iter().step_by(step).map(|&i| Sighting {
             landmark: motion.matches[i].reference,
             reference: position(&keyframe.features[motion.matches[i].reference]),
             current: motion.pairs[i].current,
@@ -419,8 +448,8 @@ impl Tracker {
             chi2: 0.0,
             residual: Vector2::zeros(),
         }));
-        let min_inliers = MIN_INLIERS.max(motion.inliers.len() / 3);
-        self.fit(k, present, min_inliers, fit)
+        let min_inliers = MIN_INLIERS.max(sightings.len() / 3);
+        self.fit(k, present, min_inliers, budget)
     }
 
     /// Returns the predicted views of keyframe `k` and of the present frame; `None` if either is above the horizon or
@@ -529,6 +558,11 @@ impl Tracker {
         self.filter.clone_pose(slot);
         slot
     }
+}
+
+/// Returns `n` if every `n`-th of `count` sightings can be fitted with some work units.
+fn thinning(filter: &Filter, count: usize, units: u64) -> usize {
+    count.div_ceil(filter.affordable_sightings(units).max(1)).max(1)
 }
 
 /// Returns the homography from pixels of the keyframe to pixels of the current view, for a camera that has moved by

@@ -5,7 +5,7 @@ mod support;
 use hoverlock_arm::framing::Decoder;
 use hoverlock_arm::line::{Line, Reason, Status};
 use hoverlock_arm::message::{self, Command, InertialSample, Telemetry};
-use hoverlock_arm::navigator::{Navigator, Next, RESERVED_WORK};
+use hoverlock_arm::navigator::{Navigator, Next, WORK_UNITS};
 use hoverlock_reference::motion::orthophoto::Attitude;
 use proptest::prelude::*;
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -120,13 +120,13 @@ fn a_frame_that_would_run_late_says_so_and_gives_its_best() {
     assert!(none.reason.as_ref().unwrap().to_string().contains("work allowed"), "{none:?}");
     // Every limit is respected. Between no estimate and the whole search there are limits that end the search early.
     let mut late = 0;
-    for limit in (0..whole.work + RESERVED_WORK).step_by(20_000) {
+    for limit in (0..2 * WORK_UNITS).step_by(40_000) {
         let line = work(limit);
         assert!(line.work <= limit && (line.estimate.is_some() || line.reason.is_some()), "{line:?}");
         late += usize::from(line.status == Status::Late && line.estimate.is_some());
     }
     assert!(late > 0);
-    assert_eq!(work(whole.work + RESERVED_WORK).status, Status::Estimate);
+    assert_eq!(work(2 * WORK_UNITS).status, Status::Estimate);
 }
 
 #[test]

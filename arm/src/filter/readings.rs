@@ -60,6 +60,9 @@ impl Filter {
         if innovation * innovation > 25.0 * variance {
             return;
         }
+        if let Some((cell, _)) = height {
+            self.set_correlated(cell);
+        }
         let gain = column.map(|value| value / variance);
         for cell in 0..CELLS {
             let mut along: f64 = by.iter().map(|(state, factor)| factor * self.cross[state * CELLS + cell]).sum();

@@ -1,7 +1,9 @@
 //! The update by sightings of landmarks, with the letters of the [parent](super).
 
+use super::information::InformationBatch;
 use super::projection::{PairState, Projection};
 use super::{CELLS, Filter, PAIR, STATES, pair_states};
+use hoverlock_reference::motion::budget::Budget;
 use hoverlock_reference::motion::orthophoto::Camera;
 use nalgebra::{Matrix2, Matrix6, SMatrix, Vector2, Vector6};
 
@@ -17,10 +19,22 @@ const FREE_INFORMATION_SHARE: f64 = 1.0 / 4.0;
 const ITERATIONS: [usize; 2] = [4, 8];
 /// Sightings at most in an iteration, evenly chosen; the update itself has all.
 const ITERATED_SIGHTINGS: usize = 128;
-/// Work units of a sighting in an iteration.
-const SIGHTING_WORK: usize = 40;
-/// Work units of an iteration besides.
-const ITERATION_WORK: usize = 40_000;
+/// Work units of a sighting in an iteration: its projection with all derivatives, and its part of the information.
+pub const SIGHTING_WORK: usize = 320;
+/// Work units of the system of an iteration, and of its solution.
+pub const SYSTEM_WORK: usize = 7_500;
+/// Work units of a touched cell in the system.
+pub const CELL_SYSTEM_WORK: usize = 270;
+/// Work units of a state in the solution for all states.
+pub const SOLUTION_STATE_WORK: usize = 1_500;
+/// Work units of a touched cell and a state in the gain.
+pub const CELL_STATE_WORK: usize = 57;
+/// Work units of a correlated cell and a state in the update of the correlations.
+pub const CORRELATED_STATE_WORK: usize = 8;
+/// Products of the update of the covariance in a work unit, at least.
+pub const PRODUCTS_PER_UNIT: usize = 4;
+/// Touched cells that are expected beyond those of the last update.
+const MORE_CELLS: usize = 8;
 /// Weight of a frame in the running NIS.
 const NIS_WEIGHT: f64 = 0.3;
 /// Share of the largest running NIS that remains after a frame: half after 2.3 s.
@@ -111,6 +125,8 @@ type StateRow = [f64; STATES];
 /// Memory of an update, with the letters of the [module](self).
 pub(super) struct Scratch {
     pub(super) cells: Vec<usize>,
+    /// Number of them in the last update.
+    last_cells: usize,
     /// Place of a cell in `cells`, or `usize::MAX`.
     pub(super) place: Vec<usize>,
     /// `A`, upper triangle.
@@ -142,6 +158,7 @@ impl Scratch {
     pub(super) fn new() -> Self {
         Self {
             cells: Vec::with_capacity(MAX_TOUCHED_CELLS),
+            last_cells: MAX_TOUCHED_CELLS / 2,
             place: vec![usize::MAX; CELLS],
             poses: [[0.0; PAIR]; PAIR],
             coupling: Vec::with_capacity(MAX_TOUCHED_CELLS),
@@ -163,22 +180,43 @@ impl Filter {
         ITERATIONS[usize::from(self.is_free)]
     }
 
-    /// Returns the work units of [`Filter::update_sightings`] with a number of sightings.
+    /// Returns the work units of [`Filter::update_sightings`] with a number of sightings that touch as many cells as
+    /// those of the last update, and some more. [`Filter::update_sightings`] spends what it takes.
     pub fn work(&self, sightings: usize) -> usize {
-        self.iterations() * (ITERATION_WORK + SIGHTING_WORK * sightings.min(ITERATED_SIGHTINGS))
+        let cells = sightings.min(self.scratch.last_cells + MORE_CELLS).min(MAX_TOUCHED_CELLS);
+        self.iterations() * (system_work(cells) + SIGHTING_WORK * sightings.min(ITERATED_SIGHTINGS))
             + SIGHTING_WORK * sightings
+            + self.application_work(cells)
+    }
+
+    /// Returns the work units of the update of all states with a number of touched cells.
+    fn application_work(&self, cells: usize) -> usize {
+        let (active, correlated) = (self.active(), (self.correlated + cells).min(CELLS));
+        system_work(cells)
+            + active * (SOLUTION_STATE_WORK + CELL_STATE_WORK * cells + CORRELATED_STATE_WORK * correlated)
+            + active * active * (PAIR + cells) / PRODUCTS_PER_UNIT
+    }
+
+    /// Returns the largest number of sightings whose update takes at most `units`; 0 if there is none.
+    pub fn affordable_sightings(&self, units: u64) -> usize {
+        let iterated = self.work(ITERATED_SIGHTINGS) as u64;
+        match units.checked_sub(iterated) {
+            Some(rest) => ITERATED_SIGHTINGS + (rest / SIGHTING_WORK as u64).min(usize::MAX as u64 / 2) as usize,
+            None => (1..ITERATED_SIGHTINGS).rev().find(|count| self.work(*count) as u64 <= units).unwrap_or(0),
+        }
     }
 
     /// Fits present pose, keyframe `k` and the errors of the camera to sightings: iterated, with Geman-McClure's loss.
     /// Residual and chi squared of each sighting are written into it. The change is applied if at least `min_inliers`
     /// sightings agree and its chi squared is possible. Returns `None` without sightings that count, or if the system
-    /// is singular.
+    /// is singular, or if the budget is exhausted.
     pub fn update_sightings(
         &mut self,
         k: usize,
         cameras: [&Camera; 2],
         sightings: &mut [Sighting],
         min_inliers: usize,
+        budget: &mut Budget,
     ) -> Option<Fitted> {
         let prior = self.pair_state(k)?;
         let mut change = [0.0; PAIR];
@@ -186,17 +224,22 @@ impl Filter {
         for iteration in 0..self.iterations() {
             let chosen = sightings.len().div_ceil(ITERATED_SIGHTINGS).max(1);
             let loss_scale = (iteration > 0).then(|| self.loss_scale(iteration));
+            spend(budget, SIGHTING_WORK * sightings.len().div_ceil(chosen))?;
             self.linearise(&prior.moved(&change), cameras, sightings, chosen, &change, loss_scale)?;
+            spend(budget, system_work(self.scratch.cells.len()))?;
             self.fill_system(&states);
             change = self.solve_change()?;
         }
         let innovation = self.innovation(k, &change)?;
         // The residuals at the solution.
+        spend(budget, SIGHTING_WORK * sightings.len())?;
         self.linearise(&prior.moved(&change), cameras, sightings, 1, &change, Some(LOSS_CHI2))?;
         let inliers = sightings.iter().filter(|sighting| sighting.is_inlier()).count();
         let is_applied = innovation <= MAX_INNOVATION_CHI2 && inliers >= min_inliers;
         if is_applied {
             let before = self.relative_covariance(k);
+            self.scratch.last_cells = self.scratch.cells.len();
+            spend(budget, self.application_work(self.scratch.last_cells))?;
             self.apply(&states)?;
             self.monitor(k, &change, &before);
             self.watch_blocks(cameras[1], sightings);
@@ -293,6 +336,7 @@ impl Filter {
         let share = chosen as f64 * if self.is_free { FREE_INFORMATION_SHARE } else { INFORMATION_SHARE };
         let height_variance = self.height_variance();
         let mut any = false;
+        let mut batch = InformationBatch::new();
         for sighting in sightings.iter_mut().step_by(chosen) {
             let Some(seen) = sighting.judge(state, cameras, height_variance) else { continue };
             let (g, residual, chi2) = (seen.by_height, sighting.residual, sighting.chi2);
@@ -320,17 +364,16 @@ impl Filter {
             let target = residual + by * SMatrix::<f64, PAIR, 1>::from_column_slice(change);
             let weighted_by = weight * by;
             let (weighted_g, weighted_target) = (weight * g, weight * target);
-            let (columns, weighted_columns) = (columns_of(&by), columns_of(&weighted_by));
-            for (i, (row, [x, y])) in poses.iter_mut().zip(columns).enumerate() {
-                for (value, [u, v]) in row[i..].iter_mut().zip(&weighted_columns[i..]) {
-                    *value += x * u + y * v;
-                }
-                coupling[height][i] += x * weighted_g.x + y * weighted_g.y;
-                pose_vector[i] += x * weighted_target.x + y * weighted_target.y;
+            batch.push(&by, &weighted_by, poses);
+            let sums = coupling[height].iter_mut().zip(pose_vector);
+            for ((coupling, pose), [x, y]) in sums.zip(by.data.0) {
+                *coupling += x * weighted_g.x + y * weighted_g.y;
+                *pose += x * weighted_target.x + y * weighted_target.y;
             }
             heights[height] += g.dot(&weighted_g);
             height_vector[height] += g.dot(&weighted_target);
         }
+        batch.finish(&mut self.scratch.poses);
         any.then_some(())
     }
 
@@ -429,6 +472,9 @@ impl Filter {
             }
         }
         self.correct(&by);
+        for touched in 0..self.scratch.cells.len() {
+            self.set_correlated(self.scratch.cells[touched]);
+        }
         Some(())
     }
 
@@ -483,11 +529,6 @@ impl Filter {
     }
 }
 
-/// Returns the columns of a matrix.
-fn columns_of(matrix: &SMatrix<f64, 2, PAIR>) -> &[[f64; 2]; PAIR] {
-    &matrix.data.0
-}
-
 /// Returns a row for each state.
 fn transposed(rows: &[StateRow]) -> [[f64; PAIR]; STATES] {
     std::array::from_fn(|state| std::array::from_fn(|i| rows[i][state]))
@@ -514,6 +555,16 @@ fn subtract_products(covariance: &mut [f64], product: &[StateRow], columns: &[St
             }
         }
     }
+}
+
+/// Spends work units; `None` if the budget is exhausted.
+fn spend(budget: &mut Budget, units: usize) -> Option<()> {
+    budget.spend(units).then_some(())
+}
+
+/// Returns the work units of the system of an iteration, and of its solution, with a number of touched cells.
+fn system_work(cells: usize) -> usize {
+    SYSTEM_WORK + CELL_SYSTEM_WORK * cells
 }
 
 /// Solves `A X = B` by elimination with row pivots: `a` is `size` x `size` and is destroyed; the first `columns` of the

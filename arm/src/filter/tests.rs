@@ -3,6 +3,7 @@
 use super::rotation::logarithm;
 use super::sightings::solve;
 use super::*;
+use hoverlock_reference::motion::budget::Budget;
 use hoverlock_reference::motion::orthophoto::Camera;
 use nalgebra::{DMatrix, DVector, Matrix2};
 use rand::{RngExt, SeedableRng};
@@ -16,6 +17,10 @@ fn normal(rng: &mut ChaCha8Rng) -> f64 {
 
 fn camera() -> Camera {
     Camera::with_field_of_view(1024, 768, 0.87).unwrap()
+}
+
+fn unlimited() -> Budget {
+    Budget::UNLIMITED
 }
 
 fn started() -> Filter {
@@ -78,7 +83,7 @@ fn eliminated_heights_give_the_dense_update() {
         filter.predict(hovering(0.1), &SENSORS);
         let moved = Vector3::new(0.1 * f64::from(step), -0.2, 0.3);
         let mut seen = sightings(&filter, moved, CameraErrors::default(), &mut rng);
-        filter.update_sightings(0, [&camera, &camera], &mut seen, 8).unwrap();
+        filter.update_sightings(0, [&camera, &camera], &mut seen, 8, &mut unlimited()).unwrap();
     }
     filter.predict(hovering(0.1), &SENSORS);
     let mut seen = sightings(&filter, Vector3::new(1.0, 0.5, -0.5), CameraErrors::default(), &mut rng);
@@ -218,7 +223,7 @@ fn the_errors_of_the_camera_are_estimated() {
         filter.predict(hovering(0.065), &SENSORS);
         filter.update_attitude(&Attitude::default(), &SENSORS);
         let mut seen = sightings(&filter, place, errors, &mut rng);
-        filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50).unwrap();
+        filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50, &mut unlimited()).unwrap();
     }
     let sigma = filter.at(CAMERA, CAMERA).sqrt();
     let error = filter.errors.distortion - errors.distortion;
@@ -244,7 +249,7 @@ fn a_climb_over_a_slope_does_not_mislead() {
         let believed = std::mem::replace(&mut filter.slope, slope);
         let mut seen = sightings(&filter, place, CameraErrors::default(), &mut rng);
         filter.slope = believed;
-        filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50).unwrap();
+        filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50, &mut unlimited()).unwrap();
     }
     let (moved, covariance) = filter.displacement(0).unwrap();
     for axis in 0..2 {
@@ -265,7 +270,7 @@ fn without_samples_the_camera_is_calibrated_and_the_ground_is_flat() {
     assert!((filter.at(CAMERA, CAMERA).sqrt() - FREE_DISTORTION_SIGMA).abs() < 1e-12);
     assert_eq!(filter.height_sigma, 50.0 * FREE_HEIGHT_SIGMA);
     let mut seen = sightings(&filter, place, CameraErrors::default(), &mut rng);
-    assert!(filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50).unwrap().is_applied);
+    assert!(filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50, &mut unlimited()).unwrap().is_applied);
     let (known, moved) = (filter.at(CAMERA, CAMERA), filter.displacement(0).unwrap().1[(0, 0)]);
     let correlation = filter.cross.iter().map(|value| value.abs()).fold(0.0, f64::max);
     filter.predict(hovering(0.005), &SENSORS);
@@ -296,7 +301,9 @@ fn the_covariance_includes_the_error() {
             filter.predict_free(0.066);
             filter.update_attitude(&reading, &SENSORS);
             let mut seen = sightings(&filter, place, CameraErrors::default(), &mut rng);
-            assert!(filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50).unwrap().is_applied);
+            assert!(
+                filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50, &mut unlimited()).unwrap().is_applied
+            );
         }
         let (found, covariance) = filter.displacement(0).unwrap();
         let error = (found - place).xy();
@@ -316,12 +323,14 @@ fn an_impossible_jump_is_refused_and_coasting_grows_the_covariance() {
     for _ in 0..15 {
         filter.predict(hovering(0.065), &SENSORS);
         let mut seen = sightings(&filter, Vector3::zeros(), CameraErrors::default(), &mut rng);
-        assert!(filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50).unwrap().is_applied);
+        assert!(
+            filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50, &mut unlimited()).unwrap().is_applied
+        );
     }
     let sigma = |filter: &Filter| filter.displacement(0).unwrap().1[(0, 0)].sqrt();
     let before = (filter.pose, sigma(&filter));
     let mut seen = sightings(&filter, Vector3::new(1.0, 0.0, 0.0), CameraErrors::default(), &mut rng);
-    let jump = filter.update_sightings(0, [&camera(), &camera()], &mut seen, 8).unwrap();
+    let jump = filter.update_sightings(0, [&camera(), &camera()], &mut seen, 8, &mut unlimited()).unwrap();
     assert!(!jump.is_applied && filter.pose == before.0, "{jump:?}");
     filter.predict(hovering(2.0), &SENSORS);
     assert!(sigma(&filter) > 2.0 * before.1, "{} {}", sigma(&filter), before.1);
@@ -338,7 +347,7 @@ fn heights_do_not_average_out() {
         filter.predict_free(0.066);
         filter.update_attitude(&Attitude::default(), &SENSORS);
         let mut seen = sightings(&filter, place, CameraErrors::default(), &mut rng);
-        filter.update_sightings(0, [&camera(), &camera()], &mut seen, 8).unwrap();
+        filter.update_sightings(0, [&camera(), &camera()], &mut seen, 8, &mut unlimited()).unwrap();
         sigmas.push(filter.displacement(0).unwrap().1[(0, 0)].sqrt());
     }
     // 10 m in each of about 48 cells, at 2 m from 50 m.
@@ -359,7 +368,7 @@ fn flown_with_a_bias_step(bias: Vector3<f64>, seconds: f64) -> Vec<[f64; 3]> {
             filter.predict(steps, &SENSORS);
             filter.update_attitude(&Attitude::default(), &SENSORS);
             let mut seen = sightings(&filter, Vector3::zeros(), CameraErrors::default(), &mut rng);
-            filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50).unwrap();
+            filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50, &mut unlimited()).unwrap();
             let (moved, covariance) = filter.displacement(0).unwrap();
             let variance = covariance[(0, 0)].max(covariance[(1, 1)]);
             [moved.xy().norm(), variance.sqrt(), filter.inconsistency()]
@@ -397,7 +406,7 @@ fn factor_with_common_residuals(common_px: f64) -> f64 {
             // What a keyframe has learnt of such landmarks.
             sighting.covariance += Matrix2::identity() * (3.0 * common_px * common_px);
         }
-        filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50).unwrap();
+        filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50, &mut unlimited()).unwrap();
     }
     filter.inconsistency()
 }

@@ -2,6 +2,7 @@
 
 #![allow(dead_code)] // each test uses a part of it
 
+pub mod adversarial;
 pub mod scene;
 
 use hoverlock_arm::message::{self, Command, Telemetry};

@@ -1,7 +1,11 @@
 //! A deadline in counted work units, so that a search ends at the same place on every machine.
 //!
-//! One unit is the comparison of two descriptors; other work counts in proportion to its instructions. A clock would
-//! end the search at a different place in each run.
+//! One unit is at most [`UNIT_INSTRUCTIONS`] instructions of the flight program, about a comparison of two descriptors.
+//! Every loop whose length depends on the input spends its units before it runs, so a budget bounds the instructions
+//! of a frame by construction. A clock would end the search at a different place in each run.
+
+/// Instructions of the Cortex-A9 in a unit, at most: `make bench-arm` counts them for each part of a frame.
+pub const UNIT_INSTRUCTIONS: u64 = 12;
 
 /// Work units of comparing a pair with a motion, from instruction counts on the ARM.
 pub(crate) const PAIR_WORK: usize = 4;
@@ -15,6 +19,7 @@ pub struct Budget {
     given: u64,
     left: u64,
     refused: bool,
+    late: bool,
 }
 
 impl Budget {
@@ -23,7 +28,7 @@ impl Budget {
 
     /// Returns a budget of `units`.
     pub const fn new(units: u64) -> Self {
-        Self { given: units, left: units, refused: false }
+        Self { given: units, left: units, refused: false, late: false }
     }
 
     /// Spends `units`, all of them or none. Returns `false` if they exceed what remains, and from then on always.
@@ -38,6 +43,30 @@ impl Budget {
     /// Returns the units spent so far.
     pub fn spent(&self) -> u64 {
         self.given - self.left
+    }
+
+    /// Returns the units that remain; 0 once work was refused.
+    pub fn left(&self) -> u64 {
+        if self.refused { 0 } else { self.left }
+    }
+
+    /// Takes all but `reserved` units, or none if less remains, into a budget of their own: what comes first cannot
+    /// spend what a later step needs. [`Budget::absorb`] returns them.
+    pub fn split(&mut self, reserved: usize) -> Self {
+        let part = self.left().saturating_sub(reserved as u64);
+        self.left -= part;
+        Self::new(part)
+    }
+
+    /// Takes back what is left of a budget that was split off. Refused work makes this one late.
+    pub fn absorb(&mut self, part: Self) {
+        self.left += part.left;
+        self.late |= part.is_late();
+    }
+
+    /// Returns `true` once work was refused, to this budget or to one that it has absorbed.
+    pub fn is_late(&self) -> bool {
+        self.refused || self.late
     }
 
     /// Returns `true` once work was refused. All later work is refused too, so that small work does not continue after
@@ -58,5 +87,17 @@ mod tests {
         assert!(!budget.spend(5));
         assert!(!budget.spend(1) && budget.is_exhausted());
         assert_eq!(budget.spent(), 6);
+    }
+
+    #[test]
+    fn a_part_cannot_spend_what_is_reserved() {
+        let mut budget = Budget::new(10);
+        let mut part = budget.split(4);
+        assert!(part.spend(5) && !part.spend(2));
+        assert!(!budget.is_late());
+        budget.absorb(part);
+        assert_eq!((budget.spent(), budget.left()), (5, 5));
+        assert!(budget.is_late() && !budget.is_exhausted() && budget.spend(5));
+        assert_eq!(budget.split(1).left(), 0);
     }
 }

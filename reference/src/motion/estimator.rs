@@ -11,7 +11,7 @@
 //! Real neighbours of a flight (turned up to 7 degrees, scale to 1.13, 300 px apart): a similarity alone misses the
 //! centre of the picture by up to 4 px where the ground is seen obliquely, the refined homography by at most 1 px.
 
-use crate::features::feature::Feature;
+use crate::features::feature::{Feature, MAX_PAIRS};
 use crate::motion::budget::Budget;
 use crate::motion::estimate::Estimate;
 use crate::motion::matching::{Gate, MatchBuffers, Matching, matched_pairs};
@@ -34,6 +34,13 @@ const COARSE_CONVERGENCE_STEP_PX: f64 = 1.0;
 /// Largest ratio of the distance of a match to that of the second best. Removes half of the wrong matches and few of
 /// the right ones.
 const MAX_DISTANCE_RATIO: f64 = 0.9;
+
+/// Work units of a feature in an estimation, without the comparisons of the first matching; typical, from instruction
+/// counts on the ARM.
+const FEATURE_WORK: usize = 540;
+
+/// Work units of a comparison in the first matching; typical.
+const COMPARISON_WORK: f64 = 1.7;
 
 /// The settings of the estimation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,8 +71,9 @@ impl Estimator {
         Ok(workspace.best)
     }
 
-    /// Estimates as [`Estimator::estimate`] does, with reusable memory and bounded work. If `budget` is exhausted
-    /// afterwards, the estimate is the best so far: of a search that ended early, or without refinement.
+    /// Estimates as [`Estimator::estimate`] does, with reusable memory and bounded work: of as many of the
+    /// strongest features as `budget` is expected to pay for. If it is late afterwards, the estimate is the best so
+    /// far: of a search that ended early, or without refinement.
     ///
     /// # Errors
     /// As [`Estimator::estimate`], and if the budget is exhausted before there is an estimate.
@@ -80,10 +88,18 @@ impl Estimator {
         let max_samples = self.ransac.max_samples.min(MAX_REFINEMENT_SAMPLES);
         let search = Ransac { model: self.ransac.model.min(Model::Similarity), convergence_step, ..self.ransac };
         let refinement = Ransac { max_samples, ..self.ransac };
-        if !workspace.matching.fill(reference, current, self.matching.strict, budget) {
+        let min_responses = workspace.min_responses([reference, current], budget);
+        if !workspace.matching.fill([reference, current], min_responses, self.matching.strict, budget) {
             return Err(RansacError::BudgetExhausted);
         }
-        workspace.round(&self.matching, &search, None, budget, reference, current)?;
+        let whole = budget;
+        let mut rest = whole.split(repeating_ground::reserved_work(&workspace.matching));
+        let budget = &mut rest;
+        let first = workspace.round(&self.matching, &search, None, budget, reference, current);
+        if let Err(error) = first {
+            whole.absorb(rest);
+            return Err(error);
+        }
         std::mem::swap(&mut workspace.best, &mut workspace.next);
         let rounds = [Ransac { convergence_step, ..refinement }, refinement];
         for (radius, ransac) in REFINEMENT_GATE_RADII_PX.into_iter().zip(rounds) {
@@ -94,8 +110,9 @@ impl Estimator {
                 std::mem::swap(&mut workspace.best, &mut workspace.next);
             }
         }
+        whole.absorb(rest);
         let Workspace { best, matching, histogram, .. } = &mut *workspace;
-        repeating_ground::check(best, reference, current, budget, matching, histogram)?;
+        repeating_ground::check(best, reference, current, whole, matching, histogram)?;
         Ok(&workspace.best)
     }
 }
@@ -106,6 +123,7 @@ pub struct Workspace {
     search: SearchBuffers,
     consensus: Consensus,
     histogram: HistogramBuffers,
+    responses: Vec<f64>,
     best: Estimate,
     next: Estimate,
 }
@@ -127,9 +145,37 @@ impl Workspace {
             search: SearchBuffers::with_capacity(features),
             consensus: Consensus::with_capacity(features),
             histogram: HistogramBuffers::with_capacity(features),
+            responses: Vec::with_capacity(features),
             best: empty(),
             next: empty(),
         }
+    }
+
+    /// Returns the smallest responses of two lists with which the features can be matched and searched within a budget.
+    fn min_responses(&mut self, lists: [&[Feature]; 2], budget: &mut Budget) -> [f64; 2] {
+        // Features of each scale and polarity.
+        let mut counts = [[0usize; 2 * MAX_PAIRS]; 2];
+        for (counts, list) in counts.iter_mut().zip(lists) {
+            list.iter().for_each(|f| counts[2 * (usize::from(f.scale) % MAX_PAIRS) + usize::from(f.bright)] += 1);
+        }
+        let comparisons: usize = counts[0].iter().zip(counts[1]).map(|(from, to)| from * to).sum();
+        let linear = (FEATURE_WORK * (lists[0].len() + lists[1].len())) as f64;
+        let square = COMPARISON_WORK * comparisons as f64;
+        // The largest share `s` with `linear s + square s^2` within the budget.
+        let left = budget.left() as f64;
+        if linear + square <= left {
+            return [f64::NEG_INFINITY; 2];
+        }
+        let share = 2.0 * left / (linear + (linear * linear + 4.0 * square * left).sqrt());
+        lists.map(|list| {
+            let kept = (share * list.len() as f64) as usize;
+            self.responses.clear();
+            self.responses.extend(list.iter().map(|f| f.response));
+            if kept == 0 {
+                return f64::INFINITY;
+            }
+            *self.responses.select_nth_unstable_by(kept - 1, |a, b| b.total_cmp(a)).1
+        })
     }
 
     /// Matches once and searches once, starting from `start`, and writes the result into `next`.

@@ -9,6 +9,7 @@ use crate::features::feature::Feature;
 use crate::motion::budget::Budget;
 use crate::motion::estimate::Estimate;
 use crate::motion::matching::{Match, MatchBuffers};
+use crate::motion::ransac::RansacError;
 use crate::motion::refusal::Refusal;
 use nalgebra::Vector2;
 
@@ -37,6 +38,17 @@ const MAX_DIFFERENCE_PX: f64 = 1024.0;
 /// Bins along an axis.
 const BINS: usize = (2.0 * MAX_DIFFERENCE_PX / BIN_SIDE_PX) as usize + 2;
 
+/// Work units of an inlier's similar feature: its bin, and the four clusters that the bin may belong to.
+const SIMILAR_WORK: usize = 24;
+
+/// Work units of similar features that are always kept for the check.
+const RESERVED_SIMILAR_WORK: usize = 16_000;
+
+/// Returns the work units that are kept for [`check`] until the motion is known.
+pub(super) fn reserved_work(matching: &MatchBuffers) -> usize {
+    RESERVED_SIMILAR_WORK + MAX_CHECKED_INLIERS * matching.max_query_work()
+}
+
 /// Reusable memory of [`check`].
 #[derive(Debug, Clone)]
 pub(super) struct HistogramBuffers {
@@ -53,11 +65,10 @@ impl HistogramBuffers {
     }
 }
 
-/// Rejects an estimate over ground that repeats. `matching` was filled with `reference` and `current`. If `budget` is
-/// exhausted, the estimate passes unchecked.
+/// Rejects an estimate over ground that repeats. `matching` was filled with `reference` and `current`.
 ///
 /// # Errors
-/// [`Refusal::RepeatingGround`].
+/// [`Refusal::RepeatingGround`], or [`RansacError::Unchecked`] if `budget` is exhausted: so many features are similar.
 pub(super) fn check(
     estimate: &Estimate,
     reference: &[Feature],
@@ -65,7 +76,7 @@ pub(super) fn check(
     budget: &mut Budget,
     matching: &mut MatchBuffers,
     buffers: &mut HistogramBuffers,
-) -> Result<(), Refusal> {
+) -> Result<(), RansacError> {
     let inliers = &estimate.inliers[..estimate.inliers.len().min(MAX_CHECKED_INLIERS)];
     let strict = matching.strict;
     let queries = inliers.iter().map(|&i| {
@@ -74,7 +85,7 @@ pub(super) fn check(
         (a, (reference[a].descriptor.hamming(&current[b].descriptor, strict) + SIMILARITY_MARGIN_BITS) as u8)
     });
     let HistogramBuffers { votes, occupied } = buffers;
-    let complete = matching.for_each_similar(reference, queries, budget, |query, position| {
+    let complete = matching.for_each_similar(reference, queries, SIMILAR_WORK, budget, |query, position| {
         let difference = position - estimate.pairs[inliers[query]].current;
         let is_second = difference.norm_squared() > FIRST_MOTION_RADIUS_PX * FIRST_MOTION_RADIUS_PX;
         if is_second && difference.amax() < MAX_DIFFERENCE_PX {
@@ -89,18 +100,21 @@ pub(super) fn check(
     // A cluster is a block of 2 x 2 bins. Its first occupied bin may be any of the four.
     let block = |bin: usize| [0, 1, BINS, BINS + 1].map(|step| votes.get(bin + step).copied().map_or(0, usize::from));
     let corners = occupied.iter().flat_map(|&bin| [0, 1, BINS, BINS + 1].map(|step| bin.saturating_sub(step)));
-    let largest =
-        corners.map(|bin| (block(bin).iter().sum::<usize>(), std::cmp::Reverse(bin))).max().filter(|_| complete);
+    let largest = corners.map(|bin| (block(bin).iter().sum::<usize>(), std::cmp::Reverse(bin))).max();
     let inliers = inliers.len();
     for bin in occupied.drain(..) {
         votes[bin] = 0;
+    }
+    if !complete {
+        return Err(RansacError::Unchecked);
     }
     match largest {
         Some((second, std::cmp::Reverse(bin)))
             if second >= MIN_SECOND_MOTION_INLIERS && second as f64 >= MIN_SECOND_MOTION_FRACTION * inliers as f64 =>
         {
             let at = Vector2::new((bin % BINS) as f64 + 1.0, (bin / BINS) as f64 + 1.0) * BIN_SIDE_PX;
-            Err(Refusal::RepeatingGround { second, inliers, x: at.x - MAX_DIFFERENCE_PX, y: at.y - MAX_DIFFERENCE_PX })
+            let [x, y] = (at - Vector2::repeat(MAX_DIFFERENCE_PX)).into();
+            Err(Refusal::RepeatingGround { second, inliers, x, y }.into())
         }
         _ => Ok(()),
     }

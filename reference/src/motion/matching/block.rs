@@ -1,6 +1,7 @@
 //! Hamming distances of one descriptor to sixteen others at once.
 
 use crate::motion::matching::candidate::{BYTES, Candidate, Words};
+use crate::motion::matching::{BLOCK_WORK, WIDE_BLOCK_WORK};
 
 /// Candidates in a block: the bytes of a NEON or SSE register.
 pub(super) const BLOCK: usize = 16;
@@ -36,11 +37,21 @@ impl Block {
         block
     }
 
+    /// Returns the work units of [`Block::closer`].
+    pub(super) fn work(&self, words: &Words) -> usize {
+        if self.is_wide(words) { WIDE_BLOCK_WORK } else { BLOCK_WORK }
+    }
+
+    /// Returns `true` if the third scale pair must be compared.
+    fn is_wide(&self, words: &Words) -> bool {
+        self.third.is_some() || words.third != [0; BYTES / 2]
+    }
+
     /// Computes all Hamming distances. Returns a bit mask of the lanes whose distance is at most `limit` or at most the
     /// limit of the candidate, and the distances.
     #[inline(always)]
     pub(super) fn closer(&self, words: &Words, limit: u8) -> (u16, [u8; BLOCK]) {
-        if self.third.is_some() || words.third != [0; BYTES / 2] {
+        if self.is_wide(words) {
             let (closer, hamming) = self.three_pairs(words, limit);
             return (closer & self.lanes, hamming);
         }

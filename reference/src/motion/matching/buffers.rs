@@ -5,6 +5,7 @@ use crate::motion::budget::Budget;
 use crate::motion::mark::{Part, mark};
 use crate::motion::matching::block::{BLOCK, Block};
 use crate::motion::matching::candidate::Candidate;
+use crate::motion::matching::{BLOCK_WORK, WIDE_BLOCK_WORK};
 use nalgebra::Vector2;
 use std::ops::Range;
 
@@ -21,6 +22,8 @@ pub(crate) struct MatchBuffers {
     pub(super) from: Vec<Candidate>,
     pub(super) to: Vec<Candidate>,
     pub(super) blocks: Vec<Block>,
+    /// Work units of a block, at most.
+    block_work: usize,
     pub(super) best_from: Vec<Best>,
     pub(super) best_to: Vec<Best>,
 }
@@ -35,19 +38,26 @@ impl MatchBuffers {
             to: Vec::with_capacity(features),
             // Each group may have one incomplete block.
             blocks: Vec::with_capacity(features),
+            block_work: BLOCK_WORK,
             best_from: Vec::with_capacity(features),
             best_to: Vec::with_capacity(features),
         }
     }
 
+    /// Returns the work units of comparing a feature with all of its scale and polarity, at most.
+    pub(in crate::motion) fn max_query_work(&self) -> usize {
+        self.groups.iter().map(|group| group.blocks.len() * self.block_work).max().unwrap_or_default()
+    }
+
     /// Calls `found` with the number of the query and the position (px) for every feature of CUR whose descriptor is
     /// similar to that of the query. A query is an index in REF and the largest Hamming distance; only features of its
-    /// scale and polarity are compared. `reference` is the list that the buffers were filled with. Returns `false` if
-    /// `budget` is exhausted.
+    /// scale and polarity are compared. `reference` is the list that the buffers were filled with, and `found_work` the
+    /// work units of a call of `found`. Returns `false` if `budget` is exhausted.
     pub(in crate::motion) fn for_each_similar(
         &mut self,
         reference: &[Feature],
         queries: impl Iterator<Item = (usize, u8)> + Clone,
+        found_work: usize,
         budget: &mut Budget,
         mut found: impl FnMut(usize, Vector2<f64>),
     ) -> bool {
@@ -56,13 +66,13 @@ impl MatchBuffers {
         for Group { kind, to, blocks, .. } in &self.groups {
             let to = &self.to[to.clone()];
             let queries = queries.clone().enumerate().filter(|(_, (i, _))| kind_of(&reference[*i]) == *kind);
-            if !budget.spend(queries.clone().count() * to.len()) {
-                return false;
-            }
             for (query, (i, limit)) in queries {
                 let words = Candidate::of(i, &reference[i], self.strict).words;
                 for (near, features) in self.blocks[blocks.clone()].iter().zip(to.chunks(BLOCK)) {
                     let (mut closer, _) = near.closer(&words, limit);
+                    if !budget.spend(near.work(&words) + found_work * closer.count_ones() as usize) {
+                        return false;
+                    }
                     while closer != 0 {
                         found(query, features[closer.trailing_zeros() as usize].position);
                         closer &= closer - 1;
@@ -73,9 +83,16 @@ impl MatchBuffers {
         true
     }
 
-    /// Replaces the content by the features of two frames, sorted by scale and polarity. `strict` is as in
-    /// [`Matching`](crate::motion::matching::Matching). Returns `false` if `budget` is exhausted.
-    pub fn fill(&mut self, reference: &[Feature], current: &[Feature], strict: bool, budget: &mut Budget) -> bool {
+    /// Replaces the content by the features of two frames with at least the given responses, sorted by scale and
+    /// polarity. `strict` is as in [`Matching`](crate::motion::matching::Matching). Returns `false` if `budget` is
+    /// exhausted.
+    pub fn fill(
+        &mut self,
+        [reference, current]: [&[Feature]; 2],
+        min_responses: [f64; 2],
+        strict: bool,
+        budget: &mut Budget,
+    ) -> bool {
         if !budget.spend(FILL_WORK * (reference.len() + current.len())) {
             return false;
         }
@@ -90,10 +107,13 @@ impl MatchBuffers {
             let kind = kind_of(feature);
             if groups.iter().all(|group| group.kind != kind) {
                 let first = (from.len(), to.len(), blocks.len());
-                let member = |(_, f): &(usize, &Feature)| kind_of(f) == kind;
+                let is_member = |f: &Feature, min: f64| kind_of(f) == kind && f.response >= min;
+                let [min_from, min_to] = min_responses;
+                let from_members = reference.iter().enumerate().filter(|(_, f)| is_member(f, min_from));
+                let to_members = current.iter().enumerate().filter(|(_, f)| is_member(f, min_to));
                 let candidate = |(i, f): (usize, &Feature)| Candidate::of(i, f, strict);
-                from.extend(reference.iter().enumerate().filter(member).map(candidate));
-                to.extend(current.iter().enumerate().filter(member).map(candidate));
+                from.extend(from_members.map(candidate));
+                to.extend(to_members.map(candidate));
                 blocks.extend(to[first.1..].chunks(BLOCK).map(Block::of));
                 groups.push(Group {
                     kind,
@@ -104,6 +124,8 @@ impl MatchBuffers {
                 });
             }
         }
+        let is_wide = from.iter().chain(&*to).any(|candidate| candidate.words.third.iter().any(|byte| *byte != 0));
+        self.block_work = if is_wide { WIDE_BLOCK_WORK } else { BLOCK_WORK };
         mark(Part::Search);
         true
     }

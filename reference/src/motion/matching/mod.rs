@@ -30,13 +30,28 @@ use std::cmp::Ordering;
 pub const GATE_RADIUS_PX: f64 = 192.0;
 
 /// Work units of a feature in a matching, without its comparisons, from instruction counts on the ARM.
-const FEATURE_WORK: usize = 72;
+const FEATURE_WORK: usize = 20;
 
-/// Work units of a comparison within a gate, which compares the positions too.
-const GATED_WORK: usize = 2;
+/// Work units of the rows of a gate.
+const GATE_WORK: usize = 36;
+
+/// Work units of sorting a match.
+const SORT_WORK: usize = 60;
+
+/// Work units of comparing a descriptor with a block of two scale pairs.
+pub(crate) const BLOCK_WORK: usize = 13;
+
+/// The same of three scale pairs, in portable code.
+pub(crate) const WIDE_BLOCK_WORK: usize = 128;
+
+/// Work units of a feature in a block that is near enough to be looked at.
+const OFFER_WORK: usize = 8;
 
 /// Work units of a feature in the rows of a gate whose positions are compared first.
 const SCANNED_WORK: usize = 2;
+
+/// Work units of a feature in such a gate.
+const GATED_WORK: usize = 20;
 
 /// Largest radius of a gate whose positions are compared before descriptors, px: it has one in a hundred features.
 const MAX_SCANNED_RADIUS_PX: f64 = 48.0;
@@ -94,7 +109,7 @@ impl Matching {
     pub fn matches(&self, reference: &[Feature], current: &[Feature]) -> Vec<Match> {
         let mut found = Vec::new();
         let (mut budget, mut buffers) = (Budget::UNLIMITED, MatchBuffers::default());
-        buffers.fill(reference, current, self.strict, &mut budget);
+        buffers.fill([reference, current], [f64::NEG_INFINITY; 2], self.strict, &mut budget);
         self.matches_into(&mut budget, &mut buffers, &mut found);
         found
     }
@@ -103,19 +118,23 @@ impl Matching {
     /// is replaced. Returns `false` if `budget` is exhausted; then the matches are incomplete and must not be used.
     pub(crate) fn matches_into(&self, budget: &mut Budget, buffers: &mut MatchBuffers, found: &mut Vec<Match>) -> bool {
         found.clear();
-        if !budget.spend(FEATURE_WORK * (buffers.from.len() + buffers.to.len())) {
+        let gate_work = if self.gate.is_some() { GATE_WORK } else { 0 };
+        if !budget.spend(FEATURE_WORK * (buffers.from.len() + buffers.to.len()) + gate_work * buffers.from.len()) {
             return false;
         }
         mark(Part::Matching);
         buffers.blocks.iter_mut().for_each(|block| block.limits = [u8::MAX; BLOCK]);
-        let complete = (0..buffers.groups.len()).all(|group| match self.distance {
+        let mut complete = (0..buffers.groups.len()).all(|group| match self.distance {
             Distance::Lexicographic => self.mutual(budget, buffers, group, found, |hamming, _| f64::from(hamming)),
             Distance::Sum(c) => self.mutual(budget, buffers, group, found, |hamming, difference| {
                 f64::from(hamming) + c * difference * difference
             }),
         });
+        complete = complete && budget.spend(SORT_WORK * found.len());
         // No two matches have the same index, so the order is that of a stable sort.
-        found.sort_unstable_by(Match::best_first);
+        if complete {
+            found.sort_unstable_by(Match::best_first);
+        }
         mark(Part::Search);
         complete
     }
@@ -179,18 +198,20 @@ impl Matching {
                 for (j, b) in to.iter().enumerate().take(end).skip(first) {
                     let miss = b.position - position;
                     if miss.x * miss.x + miss.y * miss.y <= radius2 {
+                        if !budget.spend(GATED_WORK) {
+                            return false;
+                        }
                         let hamming = a.words.hamming(&b.words);
                         offer(j, hamming, &mut best_from[i], &mut blocks[j / BLOCK].limits[j % BLOCK]);
                     }
                 }
                 continue;
             }
-            let each = if expected.is_some() { GATED_WORK } else { 1 };
-            if !budget.spend(each * BLOCK * looked_at.len()) {
-                return false;
-            }
             for (block, near) in blocks.iter_mut().enumerate().take(looked_at.end).skip(looked_at.start) {
                 let (mut closer, hamming) = near.closer(&a.words, floor(limit(&best_from[i])));
+                if !budget.spend(near.work(&a.words) + OFFER_WORK * closer.count_ones() as usize) {
+                    return false;
+                }
                 while closer != 0 {
                     let lane = closer.trailing_zeros() as usize;
                     closer &= closer - 1;

@@ -1,5 +1,6 @@
 //! Expected number of agreements by chance (NFA, number of false alarms) among wrong matches.
 
+use crate::motion::budget::Budget;
 use crate::motion::model::Pair;
 
 /// Largest `NFA` of an estimate. At 15 frames a second, 1e-6 is one frame in 18 hours of pictures without any true
@@ -11,22 +12,38 @@ pub(super) const MAX_NFA: f64 = 1e-8;
 /// of two features (4 px), and small against a picture.
 const CROWDING_RADIUS_PX: f64 = 32.0;
 
+/// Pairs of positions that are compared in a work unit, at least: 2.2 instructions each.
+const PAIRS_PER_UNIT: usize = 5;
+/// Work units of sorting a position.
+const SORT_WORK: usize = 10;
+
+/// Returns the work units of [`agreement_probability`] with `n` pairs at most, if all are in one place.
+pub(super) fn crowding_work(n: usize, gate_radius: Option<f64>) -> usize {
+    if is_gate_decisive(gate_radius) { 0 } else { n * n / 2 / PAIRS_PER_UNIT + n * (SORT_WORK + 1) }
+}
+
+/// Returns `true` in a gate so small that even fully crowded features do not agree more often by chance.
+fn is_gate_decisive(gate_radius: Option<f64>) -> bool {
+    gate_radius.is_some_and(|radius| radius <= CROWDING_RADIUS_PX)
+}
+
 /// Returns the probability that a wrong match agrees with a given motion, that is has `e^2 < max_squared_error` (px^2).
 /// `gate_radius` (px) is the radius of the gate that the matches were found in.
-/// `positions` is reusable memory.
+/// `positions` is reusable memory. The budget
+/// has at least [`crowding_work`].
 pub(super) fn agreement_probability(
     pairs: &[Pair],
     max_squared_error: f64,
     gate_radius: Option<f64>,
     positions: &mut Vec<[u16; 2]>,
+    budget: &mut Budget,
 ) -> f64 {
     let crowding_radius2 = CROWDING_RADIUS_PX * CROWDING_RADIUS_PX;
     let within_gate = gate_radius.map_or(0.0, |radius| max_squared_error / (radius * radius));
-    if within_gate >= max_squared_error / crowding_radius2 {
-        // Even fully crowded features do not agree more often.
+    if is_gate_decisive(gate_radius) {
         return within_gate.min(1.0);
     }
-    let close = close_pairs(pairs, positions);
+    let close = close_pairs(pairs, positions, budget);
     let all = pairs.len() * pairs.len().saturating_sub(1) / 2;
     // One more than counted: a small number of pairs cannot show that no features crowd.
     let crowding = (close + 1) as f64 / (all + 1) as f64;
@@ -37,12 +54,13 @@ pub(super) fn agreement_probability(
 /// Counts the pairs of positions in CUR less than 32 px apart. Positions are in steps of 1/4 px: of 16-bit integers a
 /// vector unit compares eight or more at a time. Sorted by row, a block of positions is compared with those behind it
 /// up to the first that is too far below. `positions` is reusable memory.
-fn close_pairs(pairs: &[Pair], positions: &mut Vec<[u16; 2]>) -> usize {
+fn close_pairs(pairs: &[Pair], positions: &mut Vec<[u16; 2]>, budget: &mut Budget) -> usize {
     const STEPS: f64 = 4.0;
     const RADIUS: u16 = (CROWDING_RADIUS_PX * STEPS) as u16;
     const BLOCK: usize = 64;
     // Positions may be a little outside the picture; beyond -4096 and 12 287 px they saturate.
     let fixed = |pair: &Pair| (pair.current * STEPS).map(|v| (v + 4096.0 * STEPS) as u16);
+    budget.spend(SORT_WORK * pairs.len());
     positions.clear();
     positions.extend(pairs.iter().map(|pair| <[u16; 2]>::from(fixed(pair))));
     positions.sort_unstable_by_key(|[x, y]| u32::from(*y) << 16 | u32::from(*x));
@@ -65,9 +83,10 @@ fn close_pairs(pairs: &[Pair], positions: &mut Vec<[u16; 2]>) -> usize {
             near(*a, &x[..i], &y[..i]);
         }
         let lowest = y[others.len() - 1];
-        for a in positions[block * BLOCK + others.len()..].iter().take_while(|[_, y]| y - lowest < RADIUS) {
-            near(*a, &x, &y);
-        }
+        let below = &positions[block * BLOCK + others.len()..];
+        let below = &below[..below.partition_point(|[_, y]| y - lowest < RADIUS)];
+        budget.spend((others.len() / 2 + below.len()) * others.len() / PAIRS_PER_UNIT);
+        below.iter().for_each(|a| near(*a, &x, &y));
     }
     close
 }

@@ -151,6 +151,9 @@ impl SearchBuffers {
     }
 }
 
+/// Work units of a pair after the search: its errors under the result, twice, and a term of `NFA`.
+const JUDGEMENT_WORK: usize = 30;
+
 /// Pairs of the largest sample, that of a homography.
 const MAX_SAMPLE_PAIRS: usize = 4;
 
@@ -185,6 +188,9 @@ pub enum RansacError {
     /// The budget was exhausted before the first hypothesis.
     #[error("no estimate: the work allowed ended before a first hypothesis")]
     BudgetExhausted,
+    /// The budget was exhausted before the ground was checked for repetition.
+    #[error("no estimate: the work allowed ended before the ground was checked for repetition")]
+    Unchecked,
     /// The matches agree on more than one motion.
     #[error(transparent)]
     Refused(#[from] Refusal),
@@ -252,30 +258,38 @@ impl Ransac {
         let mut needed = self.max_samples;
         // Only every other sample is drawn from all pairs.
         let needed_for = |best: &Hypothesis| self.needed_samples(best.score.votes, n).saturating_mul(2);
+        // The search cannot spend what the judgement of its result needs.
+        let judgement = n * JUDGEMENT_WORK + chance::crowding_work(n, gate_radius);
+        let mut search = budget.split(judgement);
         let mut best: Option<Hypothesis> = None;
-        if let Some(h) = start.filter(|_| budget.spend(PAIR_WORK * n)) {
+        if let Some(h) = start.filter(|_| search.spend(PAIR_WORK * n)) {
             let hypothesis = Hypothesis::of(*h, pairs, self.max_squared_error, factor);
-            let optimised = self.optimise(hypothesis, pairs, factor, budget, inliers, &mut refit.weights);
+            let optimised = self.optimise(hypothesis, pairs, factor, &mut search, inliers, &mut refit.weights);
             needed = needed.min(needed_for(&optimised));
             best = Some(optimised);
         }
-        while samples < needed && budget.spend(FIT_WORK + PAIR_WORK * n) {
+        while samples < needed && search.spend(FIT_WORK + PAIR_WORK * n) {
             samples += 1;
             let sampler = if samples % 2 == 0 { &mut uniform } else { &mut sampler };
             sampler.draw(&mut rng, pairs, sample);
             let Ok(h) = self.model.fit(sample) else { continue };
             let hypothesis = Hypothesis::of(h, pairs, self.max_squared_error, factor);
             if best.as_ref().is_none_or(|best| hypothesis.functional > best.functional) {
-                let optimised = self.optimise(hypothesis, pairs, factor, budget, inliers, &mut refit.weights);
+                let optimised = self.optimise(hypothesis, pairs, factor, &mut search, inliers, &mut refit.weights);
                 needed = needed.min(needed_for(&optimised));
                 best = Some(optimised);
             }
         }
+        let best = best.map(|best| self.refitted(best, pairs, factor, &mut search, refit));
+        let is_exhausted = search.is_exhausted();
+        budget.absorb(search);
         let Some(best) = best else {
-            return Err(if budget.is_exhausted() { RansacError::BudgetExhausted } else { RansacError::Degenerate(n) });
+            return Err(if is_exhausted { RansacError::BudgetExhausted } else { RansacError::Degenerate(n) });
         };
-        let best = self.refitted(best, pairs, factor, budget, refit);
-        let alpha = agreement_probability(pairs, self.max_squared_error, gate_radius, positions);
+        if budget.left() < judgement as u64 || !budget.spend(n * JUDGEMENT_WORK) {
+            return Err(RansacError::BudgetExhausted);
+        }
+        let alpha = agreement_probability(pairs, self.max_squared_error, gate_radius, positions, budget);
         let votes = best.score.votes;
         let log10_nfa = log10_nfa(n, votes, m, alpha);
         if log10_nfa > libm::log10(MAX_NFA) {
