@@ -165,7 +165,8 @@ pub fn items() -> Result<Vec<Item>, PaperError> {
             stated: "Local binary patterns describe the surroundings of a point by comparisons.",
             found: "The strongest feature of the field on its frame; filled points are 1.".into(),
             holds: None,
-            only_here: "the bits of the drawing. hoverlock report PICTURE compares LBP with MaxLBP under warps of a picture",
+            only_here: "the bits of the drawing. hoverlock report PICTURE compares LBP with MaxLBP under warps of \
+                        the picture",
             drawings: of_lbp,
             ..Item::default()
         },

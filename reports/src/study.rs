@@ -439,8 +439,8 @@ fn measure_picture(levels: &Levels, subject: &Subject, bounds: &Bounds, step: &(
     }
 }
 
-/// Measures every stage of every level on a frame, adds the errors, draws the maps of the nominal condition, and returns
-/// the planes of `streaming`.
+/// Measures every stage of every level on a frame, adds the errors, draws the maps of the nominal condition, and
+/// returns the planes of `streaming`.
 ///
 /// The planes of a level are the report's largest memory, so at most three levels are there at a time.
 fn measure_levels(

@@ -286,8 +286,10 @@ impl Bench<'_> {
             .par_iter()
             .enumerate()
             .map(|(index, variant)| {
-                let is_measured = measured_as(&variants, index) == index;
-                is_measured.then(|| self.checks(variant, checks_on_frames(variant, index, &frames))).unwrap_or_default()
+                if measured_as(&variants, index) != index {
+                    return Vec::new();
+                }
+                self.checks(variant, checks_on_frames(variant, index, &frames))
             })
             .collect();
         let alternative = |(index, variant)| self.alternative(variant, &checks[measured_as(&variants, index)]);

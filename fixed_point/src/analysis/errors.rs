@@ -97,8 +97,8 @@ impl UlpHistogram {
 }
 
 impl ErrorStatistics {
-    /// Compares `test` with `reference` inside `region`; `lsb` is the LSB of the test plane in the unit of the planes, a
-    /// power of two. `None` where the region has no sample.
+    /// Compares `test` with `reference` inside `region`; `lsb` is the LSB of the test plane in the unit of the planes,
+    /// a power of two. `None` where the region has no sample.
     ///
     /// # Panics
     /// The planes differ in shape.

@@ -127,14 +127,16 @@ impl LevelPlanes {
     /// Converts the planes into those of [`LevelPlanes::layers`] and the signed responses `sign_k * DOG_k`, without
     /// copying them.
     pub(crate) fn into_layers(self) -> (Vec<Layer<f64>>, Vec<Plane<f64>>) {
+        let (mut layers, mut responses) = (Vec::new(), Vec::new());
         let scales = self.signed_dog.into_iter().zip(self.dog).zip(self.max_dog).zip(self.rings);
-        let layer = |(((mut signed, magnitude), max_dog), ring): (((Plane<f64>, Plane<f64>), Plane<f64>), Ring)| {
+        for (((mut signed, magnitude), max_dog), ring) in scales {
             let positive = signed.map(|d| *d >= 0.0);
             let samples = signed.as_mut_slice().iter_mut().zip(magnitude.as_slice());
             samples.for_each(|(d, magnitude)| *d = magnitude.copysign(*d));
-            (Layer { dog: Dog { magnitude, positive }, max_dog, ring }, signed)
-        };
-        scales.map(layer).unzip()
+            layers.push(Layer { dog: Dog { magnitude, positive }, max_dog, ring });
+            responses.push(signed);
+        }
+        (layers, responses)
     }
 }
 
