@@ -67,7 +67,7 @@ pub use prediction::Prediction;
 use projection::{CameraErrors, MovingCamera, PairState};
 use rotation::{exponential, orthonormal, skew};
 use sightings::Scratch;
-pub use sightings::Sighting;
+pub use sightings::{MAX_TOUCHED_CELLS, Sighting};
 use sparse::{SparseRows, transposed};
 
 /// Keyframes at most.

@@ -23,7 +23,7 @@
 //! with the root of the running NIS of the last seconds, and `d` the
 //! displacement, whose scale has the error of the focal length.
 
-use crate::filter::{Filter, MAX_KEYFRAMES, Sighting, Step};
+use crate::filter::{Filter, MAX_KEYFRAMES, MAX_TOUCHED_CELLS, Sighting, Step};
 use crate::keyframe::{Keyframe, MatchMemory, match_predicted, position};
 use crate::line::{Estimate, MIN_FEATURES, Reason};
 use crate::message::{InertialSample, Telemetry};
@@ -359,7 +359,7 @@ impl Tracker {
         let keyframe = &self.keyframes[k];
         let memory = &mut self.memory;
         let learning = LEARNED_WORK * keyframe.features.len();
-        let mut matching = budget.split(learning + filter.work(RESERVED_SIGHTINGS));
+        let mut matching = budget.split(learning + filter.work(RESERVED_SIGHTINGS, filter.expected_cells()));
         let matched = match_predicted(filter, k, keyframe, &present.camera, present.features, memory, &mut matching);
         budget.absorb(matching);
         mark(Part::Pose);
@@ -383,7 +383,7 @@ impl Tracker {
         if !budget.spend(LEARNED_WORK * keyframe.features.len()) {
             return Err(Reason::Work);
         }
-        let step = thinning(filter, sightings.len(), budget.left());
+        let (step, max_cells) = thinning(filter, sightings.len(), budget.left());
         let mut index = 0;
         sightings.retain(|_| {
             index += 1;
@@ -392,7 +392,8 @@ impl Tracker {
         if sightings.len() < min_inliers {
             return Err(Reason::Work);
         }
-        let fitted = filter.update_sightings(k, [&keyframe.camera, &present.camera], sightings, min_inliers, budget);
+        let fitted =
+            filter.update_sightings(k, [&keyframe.camera, &present.camera], sightings, min_inliers, max_cells, budget);
         let fitted = fitted
             .ok_or_else(|| if budget.is_exhausted() { Reason::Work } else { Reason::Sightings(sightings.len()) })?;
         if !fitted.is_applied {
@@ -421,7 +422,7 @@ impl Tracker {
         mark(Part::Search);
         let pairs = ACQUIRED_WORK * keyframe.features.len().min(present.features.len());
         let learning = LEARNED_WORK * keyframe.features.len();
-        let mut search = budget.split(pairs + learning + filter.work(RESERVED_SIGHTINGS));
+        let mut search = budget.split(pairs + learning + filter.work(RESERVED_SIGHTINGS, filter.expected_cells()));
         let motion = estimator.estimate_in(&mut self.workspace, &mut search, &keyframe.features, present.features);
         budget.absorb(search);
         mark(Part::Pose);
@@ -438,7 +439,7 @@ impl Tracker {
         let sightings = &mut self.memory.sightings;
         self.memory.predicted.clear();
         sightings.clear();
-        let step = thinning(filter, motion.inliers.len(), budget.left().saturating_sub(learning as u64));
+        let (step, _) = thinning(filter, motion.inliers.len(), budget.left().saturating_sub(learning as u64));
         sightings.extend(motion.inliers.iter().step_by(step).map(|&i| Sighting {
             landmark: motion.matches[i].reference,
             reference: position(&keyframe.features[motion.matches[i].reference]),
@@ -560,9 +561,14 @@ impl Tracker {
     }
 }
 
-/// Returns `n` if every `n`-th of `count` sightings can be fitted with some work units.
-fn thinning(filter: &Filter, count: usize, units: u64) -> usize {
-    count.div_ceil(filter.affordable_sightings(units).max(1)).max(1)
+/// Returns `n` if every `n`-th of `count` sightings can be fitted with some work units, and the cells that they may
+/// touch then.
+fn thinning(filter: &Filter, count: usize, units: u64) -> (usize, usize) {
+    if filter.affordable_sightings(units, MAX_TOUCHED_CELLS) >= count {
+        return (1, MAX_TOUCHED_CELLS);
+    }
+    let cells = filter.expected_cells();
+    (count.div_ceil(filter.affordable_sightings(units, cells).max(1)).max(1), cells)
 }
 
 /// Returns the homography from pixels of the keyframe to pixels of the current view, for a camera that has moved by

@@ -8,7 +8,7 @@ use hoverlock_reference::motion::orthophoto::Camera;
 use nalgebra::{Matrix2, Matrix6, SMatrix, Vector2, Vector6};
 
 /// Cells that the sightings of one frame may touch; sightings of further cells are not used.
-const MAX_TOUCHED_CELLS: usize = 96;
+pub const MAX_TOUCHED_CELLS: usize = 96;
 /// Unknowns of the system of an update.
 const SYSTEM: usize = 2 * PAIR;
 /// Part of the information of a sighting that counts: errors of position persist over frames and neighbours.
@@ -127,6 +127,8 @@ pub(super) struct Scratch {
     pub(super) cells: Vec<usize>,
     /// Number of them in the last update.
     last_cells: usize,
+    /// Number that the present update may touch.
+    max_cells: usize,
     /// Place of a cell in `cells`, or `usize::MAX`.
     pub(super) place: Vec<usize>,
     /// `A`, upper triangle.
@@ -159,6 +161,7 @@ impl Scratch {
         Self {
             cells: Vec::with_capacity(MAX_TOUCHED_CELLS),
             last_cells: MAX_TOUCHED_CELLS / 2,
+            max_cells: MAX_TOUCHED_CELLS,
             place: vec![usize::MAX; CELLS],
             poses: [[0.0; PAIR]; PAIR],
             coupling: Vec::with_capacity(MAX_TOUCHED_CELLS),
@@ -180,10 +183,15 @@ impl Filter {
         ITERATIONS[usize::from(self.is_free)]
     }
 
-    /// Returns the work units of [`Filter::update_sightings`] with a number of sightings that touch as many cells as
-    /// those of the last update, and some more. [`Filter::update_sightings`] spends what it takes.
-    pub fn work(&self, sightings: usize) -> usize {
-        let cells = sightings.min(self.scratch.last_cells + MORE_CELLS).min(MAX_TOUCHED_CELLS);
+    /// Returns the cells that sightings are expected to touch: as many as those of the last update, and some more.
+    pub fn expected_cells(&self) -> usize {
+        (self.scratch.last_cells + MORE_CELLS).min(MAX_TOUCHED_CELLS)
+    }
+
+    /// Returns the work units of [`Filter::update_sightings`] with a number of sightings that may touch a number of
+    /// cells.
+    pub fn work(&self, sightings: usize, cells: usize) -> usize {
+        let cells = sightings.min(cells);
         self.iterations() * (system_work(cells) + SIGHTING_WORK * sightings.min(ITERATED_SIGHTINGS))
             + SIGHTING_WORK * sightings
             + self.application_work(cells)
@@ -198,17 +206,17 @@ impl Filter {
     }
 
     /// Returns the largest number of sightings whose update takes at most `units`; 0 if there is none.
-    pub fn affordable_sightings(&self, units: u64) -> usize {
-        let iterated = self.work(ITERATED_SIGHTINGS) as u64;
+    pub fn affordable_sightings(&self, units: u64, cells: usize) -> usize {
+        let iterated = self.work(ITERATED_SIGHTINGS, cells) as u64;
         match units.checked_sub(iterated) {
             Some(rest) => ITERATED_SIGHTINGS + (rest / SIGHTING_WORK as u64).min(usize::MAX as u64 / 2) as usize,
-            None => (1..ITERATED_SIGHTINGS).rev().find(|count| self.work(*count) as u64 <= units).unwrap_or(0),
+            None => (1..ITERATED_SIGHTINGS).rev().find(|count| self.work(*count, cells) as u64 <= units).unwrap_or(0),
         }
     }
 
     /// Fits present pose, keyframe `k` and the errors of the camera to sightings: iterated, with Geman-McClure's loss.
     /// Residual and chi squared of each sighting are written into it. The change is applied if at least `min_inliers`
-    /// sightings agree and its chi squared is possible. Returns `None` without sightings that count, or if the system
+    /// sightings agree and its chi squared is possible. Sightings beyond `max_cells` touched cells are not used. Returns `None` without sightings that count, or if the system
     /// is singular, or if the budget is exhausted.
     pub fn update_sightings(
         &mut self,
@@ -216,8 +224,10 @@ impl Filter {
         cameras: [&Camera; 2],
         sightings: &mut [Sighting],
         min_inliers: usize,
+        max_cells: usize,
         budget: &mut Budget,
     ) -> Option<Fitted> {
+        self.scratch.max_cells = max_cells;
         let prior = self.pair_state(k)?;
         let mut change = [0.0; PAIR];
         let states = pair_states(k);
@@ -347,9 +357,10 @@ impl Filter {
             let loss = loss_scale.map_or(1.0, |scale| scale / (scale + chi2));
             let weight = inverse * (share * loss * loss);
             let cell = self.cell(&seen.point);
-            let Scratch { cells, place, poses, coupling, heights, pose_vector, height_vector, .. } = &mut self.scratch;
+            let Scratch { cells, max_cells, place, poses, coupling, heights, pose_vector, height_vector, .. } =
+                &mut self.scratch;
             if place[cell] == usize::MAX {
-                if cells.len() == MAX_TOUCHED_CELLS {
+                if cells.len() >= *max_cells {
                     continue;
                 }
                 place[cell] = cells.len();

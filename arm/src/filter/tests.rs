@@ -83,7 +83,9 @@ fn eliminated_heights_give_the_dense_update() {
         filter.predict(hovering(0.1), &SENSORS);
         let moved = Vector3::new(0.1 * f64::from(step), -0.2, 0.3);
         let mut seen = sightings(&filter, moved, CameraErrors::default(), &mut rng);
-        filter.update_sightings(0, [&camera, &camera], &mut seen, 8, &mut unlimited()).unwrap();
+        filter
+            .update_sightings(0, [&camera, &camera], &mut seen, 8, sightings::MAX_TOUCHED_CELLS, &mut unlimited())
+            .unwrap();
     }
     filter.predict(hovering(0.1), &SENSORS);
     let mut seen = sightings(&filter, Vector3::new(1.0, 0.5, -0.5), CameraErrors::default(), &mut rng);
@@ -223,7 +225,9 @@ fn the_errors_of_the_camera_are_estimated() {
         filter.predict(hovering(0.065), &SENSORS);
         filter.update_attitude(&Attitude::default(), &SENSORS);
         let mut seen = sightings(&filter, place, errors, &mut rng);
-        filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50, &mut unlimited()).unwrap();
+        filter
+            .update_sightings(0, [&camera(), &camera()], &mut seen, 50, sightings::MAX_TOUCHED_CELLS, &mut unlimited())
+            .unwrap();
     }
     let sigma = filter.at(CAMERA, CAMERA).sqrt();
     let error = filter.errors.distortion - errors.distortion;
@@ -249,7 +253,9 @@ fn a_climb_over_a_slope_does_not_mislead() {
         let believed = std::mem::replace(&mut filter.slope, slope);
         let mut seen = sightings(&filter, place, CameraErrors::default(), &mut rng);
         filter.slope = believed;
-        filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50, &mut unlimited()).unwrap();
+        filter
+            .update_sightings(0, [&camera(), &camera()], &mut seen, 50, sightings::MAX_TOUCHED_CELLS, &mut unlimited())
+            .unwrap();
     }
     let (moved, covariance) = filter.displacement(0).unwrap();
     for axis in 0..2 {
@@ -270,7 +276,12 @@ fn without_samples_the_camera_is_calibrated_and_the_ground_is_flat() {
     assert!((filter.at(CAMERA, CAMERA).sqrt() - FREE_DISTORTION_SIGMA).abs() < 1e-12);
     assert_eq!(filter.height_sigma, 50.0 * FREE_HEIGHT_SIGMA);
     let mut seen = sightings(&filter, place, CameraErrors::default(), &mut rng);
-    assert!(filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50, &mut unlimited()).unwrap().is_applied);
+    assert!(
+        filter
+            .update_sightings(0, [&camera(), &camera()], &mut seen, 50, sightings::MAX_TOUCHED_CELLS, &mut unlimited())
+            .unwrap()
+            .is_applied
+    );
     let (known, moved) = (filter.at(CAMERA, CAMERA), filter.displacement(0).unwrap().1[(0, 0)]);
     let correlation = filter.cross.iter().map(|value| value.abs()).fold(0.0, f64::max);
     filter.predict(hovering(0.005), &SENSORS);
@@ -302,7 +313,17 @@ fn the_covariance_includes_the_error() {
             filter.update_attitude(&reading, &SENSORS);
             let mut seen = sightings(&filter, place, CameraErrors::default(), &mut rng);
             assert!(
-                filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50, &mut unlimited()).unwrap().is_applied
+                filter
+                    .update_sightings(
+                        0,
+                        [&camera(), &camera()],
+                        &mut seen,
+                        50,
+                        sightings::MAX_TOUCHED_CELLS,
+                        &mut unlimited()
+                    )
+                    .unwrap()
+                    .is_applied
             );
         }
         let (found, covariance) = filter.displacement(0).unwrap();
@@ -324,13 +345,25 @@ fn an_impossible_jump_is_refused_and_coasting_grows_the_covariance() {
         filter.predict(hovering(0.065), &SENSORS);
         let mut seen = sightings(&filter, Vector3::zeros(), CameraErrors::default(), &mut rng);
         assert!(
-            filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50, &mut unlimited()).unwrap().is_applied
+            filter
+                .update_sightings(
+                    0,
+                    [&camera(), &camera()],
+                    &mut seen,
+                    50,
+                    sightings::MAX_TOUCHED_CELLS,
+                    &mut unlimited()
+                )
+                .unwrap()
+                .is_applied
         );
     }
     let sigma = |filter: &Filter| filter.displacement(0).unwrap().1[(0, 0)].sqrt();
     let before = (filter.pose, sigma(&filter));
     let mut seen = sightings(&filter, Vector3::new(1.0, 0.0, 0.0), CameraErrors::default(), &mut rng);
-    let jump = filter.update_sightings(0, [&camera(), &camera()], &mut seen, 8, &mut unlimited()).unwrap();
+    let jump = filter
+        .update_sightings(0, [&camera(), &camera()], &mut seen, 8, sightings::MAX_TOUCHED_CELLS, &mut unlimited())
+        .unwrap();
     assert!(!jump.is_applied && filter.pose == before.0, "{jump:?}");
     filter.predict(hovering(2.0), &SENSORS);
     assert!(sigma(&filter) > 2.0 * before.1, "{} {}", sigma(&filter), before.1);
@@ -347,7 +380,9 @@ fn heights_do_not_average_out() {
         filter.predict_free(0.066);
         filter.update_attitude(&Attitude::default(), &SENSORS);
         let mut seen = sightings(&filter, place, CameraErrors::default(), &mut rng);
-        filter.update_sightings(0, [&camera(), &camera()], &mut seen, 8, &mut unlimited()).unwrap();
+        filter
+            .update_sightings(0, [&camera(), &camera()], &mut seen, 8, sightings::MAX_TOUCHED_CELLS, &mut unlimited())
+            .unwrap();
         sigmas.push(filter.displacement(0).unwrap().1[(0, 0)].sqrt());
     }
     // 10 m in each of about 48 cells, at 2 m from 50 m.
@@ -368,7 +403,16 @@ fn flown_with_a_bias_step(bias: Vector3<f64>, seconds: f64) -> Vec<[f64; 3]> {
             filter.predict(steps, &SENSORS);
             filter.update_attitude(&Attitude::default(), &SENSORS);
             let mut seen = sightings(&filter, Vector3::zeros(), CameraErrors::default(), &mut rng);
-            filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50, &mut unlimited()).unwrap();
+            filter
+                .update_sightings(
+                    0,
+                    [&camera(), &camera()],
+                    &mut seen,
+                    50,
+                    sightings::MAX_TOUCHED_CELLS,
+                    &mut unlimited(),
+                )
+                .unwrap();
             let (moved, covariance) = filter.displacement(0).unwrap();
             let variance = covariance[(0, 0)].max(covariance[(1, 1)]);
             [moved.xy().norm(), variance.sqrt(), filter.inconsistency()]
@@ -406,7 +450,9 @@ fn factor_with_common_residuals(common_px: f64) -> f64 {
             // What a keyframe has learnt of such landmarks.
             sighting.covariance += Matrix2::identity() * (3.0 * common_px * common_px);
         }
-        filter.update_sightings(0, [&camera(), &camera()], &mut seen, 50, &mut unlimited()).unwrap();
+        filter
+            .update_sightings(0, [&camera(), &camera()], &mut seen, 50, sightings::MAX_TOUCHED_CELLS, &mut unlimited())
+            .unwrap();
     }
     filter.inconsistency()
 }

@@ -35,11 +35,11 @@ const COARSE_CONVERGENCE_STEP_PX: f64 = 1.0;
 /// the right ones.
 const MAX_DISTANCE_RATIO: f64 = 0.9;
 
-/// Work units of a feature in an estimation, without the comparisons of the first matching; typical, from instruction
-/// counts on the ARM.
-const FEATURE_WORK: usize = 540;
+/// Expected work units of a feature in the first round, without comparisons, and in about half of the others; from
+/// instruction counts on the ARM.
+const FEATURE_WORK: usize = 250;
 
-/// Work units of a comparison in the first matching; typical.
+/// Expected work units of a comparison in the first matching.
 const COMPARISON_WORK: f64 = 1.7;
 
 /// The settings of the estimation.
@@ -102,13 +102,20 @@ impl Estimator {
         }
         std::mem::swap(&mut workspace.best, &mut workspace.next);
         let rounds = [Ransac { convergence_step, ..refinement }, refinement];
+        let mut round_work = 0;
         for (radius, ransac) in REFINEMENT_GATE_RADII_PX.into_iter().zip(rounds) {
+            // The last round gains little; it is left out if it would end early.
+            if budget.left() < round_work {
+                break;
+            }
+            let before = budget.left();
             let prediction = workspace.best.homography;
             let matching = Matching { gate: Some(Gate { prediction, radius }), ..self.matching };
             if workspace.round(&matching, &ransac, Some(&prediction), budget, reference, current).is_ok() {
                 workspace.next.quality = workspace.best.quality;
                 std::mem::swap(&mut workspace.best, &mut workspace.next);
             }
+            round_work = before - budget.left();
         }
         whole.absorb(rest);
         let Workspace { best, matching, histogram, .. } = &mut *workspace;

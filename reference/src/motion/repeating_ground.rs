@@ -39,10 +39,10 @@ const MAX_DIFFERENCE_PX: f64 = 1024.0;
 const BINS: usize = (2.0 * MAX_DIFFERENCE_PX / BIN_SIDE_PX) as usize + 2;
 
 /// Work units of an inlier's similar feature: its bin, and the four clusters that the bin may belong to.
-const SIMILAR_WORK: usize = 24;
+const SIMILAR_WORK: usize = 14;
 
 /// Work units of similar features that are always kept for the check.
-const RESERVED_SIMILAR_WORK: usize = 16_000;
+const RESERVED_SIMILAR_WORK: usize = 56_000;
 
 /// Returns the work units that are kept for [`check`] until the motion is known.
 pub(super) fn reserved_work(matching: &MatchBuffers) -> usize {
@@ -99,7 +99,9 @@ pub(super) fn check(
     });
     // A cluster is a block of 2 x 2 bins. Its first occupied bin may be any of the four.
     let block = |bin: usize| [0, 1, BINS, BINS + 1].map(|step| votes.get(bin + step).copied().map_or(0, usize::from));
-    let corners = occupied.iter().flat_map(|&bin| [0, 1, BINS, BINS + 1].map(|step| bin.saturating_sub(step)));
+    // A cluster that counts has a bin with two differences.
+    let shared = occupied.iter().filter(|bin| votes[**bin] > 1);
+    let corners = shared.flat_map(|&bin| [0, 1, BINS, BINS + 1].map(|step| bin.saturating_sub(step)));
     let largest = corners.map(|bin| (block(bin).iter().sum::<usize>(), std::cmp::Reverse(bin))).max();
     let inliers = inliers.len();
     for bin in occupied.drain(..) {
