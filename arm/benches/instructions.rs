@@ -43,6 +43,20 @@ impl Parts {
     }
 }
 
+/// Cycles of a line that the second level has. An assumption.
+const SECOND_LEVEL_CYCLES: u64 = 25;
+/// Cycles of a line from memory, besides. An assumption.
+const MEMORY_CYCLES: u64 = 100;
+
+/// Estimated cycles of a frame, with one instruction a cycle if its pipeline is free, and with each waiting for the
+/// result of the one before; and the deepest stack, bytes.
+#[derive(Clone, Copy)]
+struct Cycles {
+    least: u64,
+    most: u64,
+    stack: u64,
+}
+
 /// The paths of the plugin, of the programs and of a work folder.
 struct Tools {
     plugin: PathBuf,
@@ -90,6 +104,26 @@ impl Tools {
             frames.push(Parts { rest, matching, search, pose, extraction });
         }
         Ok((output.stdout, frames))
+    }
+
+    /// Estimates the cycles of the frame of a stream with most of them.
+    fn cycles(&self, name: &str) -> Result<Cycles, Box<dyn Error>> {
+        let mut plugin = self.plugin.clone().into_os_string();
+        plugin.push(",cycles=on");
+        let mut command = Command::new("qemu-arm");
+        command.args(["-cpu", "cortex-a9", "-plugin"]).arg(plugin).arg(self.programs.join("hoverlock-nav"));
+        let output = command.arg(self.work.join(name).with_extension("hln")).output()?;
+        let mut worst: Option<Cycles> = None;
+        for line in String::from_utf8(output.stderr)?.lines().filter_map(|line| line.strip_prefix("icycles ")) {
+            let counts: Vec<u64> = line.split(' ').map(str::parse).collect::<Result<_, _>>()?;
+            let [issue, latency, first, second, stack] = counts[..] else { return Err(line.into()) };
+            let missed = first * SECOND_LEVEL_CYCLES + second * MEMORY_CYCLES;
+            let cycles = Cycles { least: issue + missed, most: latency + missed, stack };
+            let stack = worst.map_or(stack, |worst| worst.stack.max(stack));
+            let frame = worst.filter(|worst| worst.least >= cycles.least).unwrap_or(cycles);
+            worst = Some(Cycles { stack, ..frame });
+        }
+        worst.ok_or_else(|| format!("{name}: no frame").into())
     }
 
     /// Returns the counts of the frame with most instructions, and the number of frames with an estimate.
@@ -233,13 +267,13 @@ fn run() -> Result<(), Box<dyn Error>> {
     let tools = Tools::find()?;
     println!("Million instructions of the worst frame of each flight, 1024 features a side:\n");
     println!("| flight | matching | search | pose | rest | all |\n|---|---|---|---|---|---|");
-    let mut worst: Option<Parts> = None;
+    let mut worst: Option<(&str, Parts)> = None;
     let mut typical = None;
     let mut results = Vec::new();
     let mut add = |key: &str, name: &str, source: &Source| -> Result<(), Box<dyn Error>> {
         let (parts, estimates) = tools.worst(name, source)?;
         row(key, &format!("{name} ({estimates} estimates)"), &parts, &mut results);
-        worst = Some(worst.filter(|worst| worst.total() >= parts.total()).unwrap_or(parts));
+        worst = Some(worst.filter(|(_, worst)| worst.total() >= parts.total()).unwrap_or((name, parts)));
         if key == "tracked" {
             typical = Some(parts);
         }
@@ -261,11 +295,30 @@ fn run() -> Result<(), Box<dyn Error>> {
     for (name, source) in adversarial::worst() {
         let (parts, estimates) = tools.worst(name, &source)?;
         row("shapes", &format!("{name} ({estimates} estimates)"), &parts, &mut Vec::new());
-        if worst.is_none_or(|worst| worst.total() < parts.total()) {
-            worst = Some(parts);
+        if worst.is_none_or(|(_, worst)| worst.total() < parts.total()) {
+            worst = Some((name, parts));
         }
     }
-    let (typical, worst) = typical.zip(worst).ok_or("no flight")?;
+    let (typical, (worst_name, worst)) = typical.zip(worst).ok_or("no flight")?;
+    println!("\nEstimated million cycles of the worst frame, from one instruction a cycle to none overlapped:\n");
+    println!("| stream | least | most |\n|---|---|---|");
+    let streams = [
+        ("tracked", "tracked with the IMU"),
+        ("tracked_twice", "the same, two keyframes"),
+        ("searched", "all features found again"),
+        ("worst", worst_name),
+    ];
+    let mut stack = 0;
+    for (key, name) in streams {
+        let cycles = tools.cycles(name)?;
+        let [least, most] = [cycles.least, cycles.most].map(|cycles| cycles as f64 / 1e6);
+        println!("| {name} | {least:.1} | {most:.1} |");
+        results.push(format!("result arm.cycles.{key}.least={least:.1}"));
+        results.push(format!("result arm.cycles.{key}.most={most:.1}"));
+        stack = stack.max(cycles.stack);
+    }
+    println!("\nThe stack is at most {:.0} KiB deep.", stack as f64 / 1024.0);
+    results.push(format!("result arm.stack.kib={:.0}", stack as f64 / 1024.0));
 
     let Sample { path, pixels, thresholds, features } = picture()?;
     let file = tools.work.join("frame.raw");
