@@ -1,7 +1,7 @@
 //! The claims as one theorem: its steps, the rules that the integrator keeps, and what guarantees each assumption.
 //!
-//! Assume-guarantee reasoning is sound if no claim rests on itself. So what the assumptions refer to must exist, and the
-//! references must not form a circle.
+//! Assume-guarantee reasoning is sound if no claim rests on itself. So what the assumptions refer to must exist, and
+//! the references must not form a circle.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -52,7 +52,8 @@ pub struct Composition {
     pub steps: Vec<Step>,
 }
 
-/// What the theorem knows of a claim: its assumptions, and the text with its assertions. A claim about numbers has none.
+/// What the theorem knows of a claim: its assumptions, and the text with its assertions, which a claim about numbers
+/// has not.
 struct Part<'a> {
     assumed: Vec<Assumption>,
     properties: Option<&'a str>,
@@ -137,8 +138,8 @@ impl Composition {
             let open: Vec<String> = open.iter().map(u32::to_string).collect();
             text += &format!("| {name} | {what} | {} | {} | {} |\n", list(by), list(rules), open.join(", "));
         }
-        text + "\nHoles are those of [README.md](README.md#proof-holes). The assumptions of the claims, and what guarantees \
-                each, stand with their statements above.\n"
+        text + "\nHoles are those of [README.md](README.md#proof-holes). The assumptions of the claims, and what \
+                guarantees each, stand with their statements above.\n"
     }
 }
 
