@@ -267,13 +267,15 @@ fn run() -> Result<(), Box<dyn Error>> {
     let tools = Tools::find()?;
     println!("Million instructions of the worst frame of each flight, 1024 features a side:\n");
     println!("| flight | matching | search | pose | rest | all |\n|---|---|---|---|---|---|");
-    let mut worst: Option<(&str, Parts)> = None;
+    let mut worst: Option<(String, Parts)> = None;
     let mut typical = None;
     let mut results = Vec::new();
     let mut add = |key: &str, name: &str, source: &Source| -> Result<(), Box<dyn Error>> {
         let (parts, estimates) = tools.worst(name, source)?;
         row(key, &format!("{name} ({estimates} estimates)"), &parts, &mut results);
-        worst = Some(worst.filter(|(_, worst)| worst.total() >= parts.total()).unwrap_or((name, parts)));
+        if worst.as_ref().is_none_or(|(_, worst)| worst.total() < parts.total()) {
+            worst = Some((name.to_owned(), parts));
+        }
         if key == "tracked" {
             typical = Some(parts);
         }
@@ -295,8 +297,8 @@ fn run() -> Result<(), Box<dyn Error>> {
     for (name, source) in adversarial::worst() {
         let (parts, estimates) = tools.worst(name, &source)?;
         row("shapes", &format!("{name} ({estimates} estimates)"), &parts, &mut Vec::new());
-        if worst.is_none_or(|(_, worst)| worst.total() < parts.total()) {
-            worst = Some((name, parts));
+        if worst.as_ref().is_none_or(|(_, worst)| worst.total() < parts.total()) {
+            worst = Some((name.to_owned(), parts));
         }
     }
     let (typical, (worst_name, worst)) = typical.zip(worst).ok_or("no flight")?;
@@ -306,7 +308,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         ("tracked", "tracked with the IMU"),
         ("tracked_twice", "the same, two keyframes"),
         ("searched", "all features found again"),
-        ("worst", worst_name),
+        ("worst", worst_name.as_str()),
     ];
     let mut stack = 0;
     for (key, name) in streams {

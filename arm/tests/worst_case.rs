@@ -99,7 +99,7 @@ fn a_unit_is_no_more_instructions_than_it_says() {
     let Some(tools) = counting() else {
         let _ = writeln!(
             std::io::stderr(),
-            "SKIPPED: a_unit_is_no_more_instructions_than_it_says: no ARM binary, plugin or qemu-arm; run `make bench-arm`"
+            "SKIPPED: a_unit_is_no_more_instructions_than_it_says: no ARM binary, plugin or qemu; run `make bench-arm`"
         );
         return;
     };

@@ -216,8 +216,8 @@ impl Filter {
 
     /// Fits present pose, keyframe `k` and the errors of the camera to sightings: iterated, with Geman-McClure's loss.
     /// Residual and chi squared of each sighting are written into it. The change is applied if at least `min_inliers`
-    /// sightings agree and its chi squared is possible. Sightings beyond `max_cells` touched cells are not used. Returns `None` without sightings that count, or if the system
-    /// is singular, or if the budget is exhausted.
+    /// sightings agree and its chi squared is possible. Sightings beyond `max_cells` touched cells are not used.
+    /// Returns `None` without sightings that count, if the system is singular, or if the budget is exhausted.
     pub fn update_sightings(
         &mut self,
         k: usize,

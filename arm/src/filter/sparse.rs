@@ -1,5 +1,5 @@
-//! Products with a transition of the vehicle's state over one sample of the IMU: of its 324 elements about 60 are not 0.
-//! The sums have the order of a dense product, so that the bits are the same.
+//! Products with a transition of the vehicle's state over one sample of the IMU, of whose 324 elements about 60 are not
+//! 0. The sums have the order of a dense product, so that the bits are the same.
 
 use super::{Rows, VEHICLE, Vehicle};
 
