@@ -43,22 +43,26 @@
 //! | module | its one job |
 //! |---|---|
 //! | `information` | the sum of the information of sightings |
+//! | `linear` | linear systems, and products of tall matrices |
 //! | `prediction` | where landmarks are expected in the present frame |
 //! | `projection` | the image of a landmark in the present frame, with its derivatives |
 //! | `readings` | the updates by attitude and laser |
 //! | `rotation` | small rotations as vectors |
 //! | `sightings` | the update by sightings of landmarks |
 //! | `sparse` | products with a transition, most of whose elements are 0 |
+//! | `step` | samples of the IMU with their intervals |
 //!
 //! Nothing here allocates after [`Filter::new`].
 
 mod information;
+mod linear;
 mod prediction;
 mod projection;
 mod readings;
 mod rotation;
 mod sightings;
 mod sparse;
+mod step;
 
 use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::Attitude;
@@ -67,8 +71,9 @@ pub use prediction::Prediction;
 use projection::{CameraErrors, MovingCamera, PairState};
 use rotation::{exponential, orthonormal, skew};
 use sightings::Scratch;
-pub use sightings::{MAX_TOUCHED_CELLS, Sighting};
+pub use sightings::Sighting;
 use sparse::{SparseRows, transposed};
+pub use step::Step;
 
 /// Keyframes at most.
 pub const MAX_KEYFRAMES: usize = 8;
@@ -162,31 +167,6 @@ pub const CELL_PREDICTION_WORK: usize = 300;
 type Vehicle = SMatrix<f64, VEHICLE, VEHICLE>;
 /// The same, row by row.
 type Rows = [[f64; VEHICLE]; VEHICLE];
-
-/// A sample of the IMU with its interval.
-#[derive(Debug, Clone, Copy)]
-pub struct Step {
-    /// Angular velocity about the camera's axes, rad/s.
-    pub rates: Vector3<f64>,
-    /// Specific force along the camera's axes, m/s^2.
-    pub force: Vector3<f64>,
-    /// Duration, s.
-    pub seconds: f64,
-}
-
-impl Step {
-    /// Returns successive steps as one with their mean; one step is returned as it is.
-    pub fn merged(steps: &[Self]) -> Self {
-        let [first, rest @ ..] = steps else {
-            return Self { rates: Vector3::zeros(), force: Vector3::zeros(), seconds: 0.0 };
-        };
-        rest.iter().fold(*first, |sum, step| {
-            let seconds = sum.seconds + step.seconds;
-            let mean = |a: &Vector3<f64>, b: &Vector3<f64>| (a * sum.seconds + b * step.seconds) / seconds;
-            Self { rates: mean(&sum.rates, &step.rates), force: mean(&sum.force, &step.force), seconds }
-        })
-    }
-}
 
 /// Position and rotation of a camera.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -23,7 +23,7 @@
 //! with the root of the running NIS of the last seconds, and `d` the
 //! displacement, whose scale has the error of the focal length.
 
-use crate::filter::{Filter, MAX_KEYFRAMES, MAX_TOUCHED_CELLS, Sighting, Step};
+use crate::filter::{Filter, MAX_KEYFRAMES, Sighting, Step};
 use crate::keyframe::{Keyframe, MatchMemory, match_predicted, position};
 use crate::line::{Estimate, MIN_FEATURES, Reason};
 use crate::message::{InertialSample, Telemetry};
@@ -383,7 +383,7 @@ impl Tracker {
         if !budget.spend(LEARNED_WORK * keyframe.features.len()) {
             return Err(Reason::Work);
         }
-        let (step, max_cells) = thinning(filter, sightings.len(), budget.left());
+        let (step, max_cells) = filter.thinning(sightings.len(), budget.left());
         let mut index = 0;
         sightings.retain(|_| {
             index += 1;
@@ -439,7 +439,7 @@ impl Tracker {
         let sightings = &mut self.memory.sightings;
         self.memory.predicted.clear();
         sightings.clear();
-        let (step, _) = thinning(filter, motion.inliers.len(), budget.left().saturating_sub(learning as u64));
+        let (step, _) = filter.thinning(motion.inliers.len(), budget.left().saturating_sub(learning as u64));
         sightings.extend(motion.inliers.iter().step_by(step).map(|&i| Sighting {
             landmark: motion.matches[i].reference,
             reference: position(&keyframe.features[motion.matches[i].reference]),
@@ -559,16 +559,6 @@ impl Tracker {
         self.filter.clone_pose(slot);
         slot
     }
-}
-
-/// Returns `n` if every `n`-th of `count` sightings can be fitted with some work units, and the cells that they may
-/// touch then.
-fn thinning(filter: &Filter, count: usize, units: u64) -> (usize, usize) {
-    if filter.affordable_sightings(units, MAX_TOUCHED_CELLS) >= count {
-        return (1, MAX_TOUCHED_CELLS);
-    }
-    let cells = filter.expected_cells();
-    (count.div_ceil(filter.affordable_sightings(units, cells).max(1)).max(1), cells)
 }
 
 /// Returns the homography from pixels of the keyframe to pixels of the current view, for a camera that has moved by

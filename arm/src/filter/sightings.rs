@@ -1,6 +1,7 @@
 //! The update by sightings of landmarks, with the letters of the [parent](super).
 
 use super::information::InformationBatch;
+use super::linear::{solve, subtract_products, transposed};
 use super::projection::{PairState, Projection};
 use super::{CELLS, Filter, PAIR, STATES, pair_states};
 use hoverlock_reference::motion::budget::Budget;
@@ -8,7 +9,7 @@ use hoverlock_reference::motion::orthophoto::Camera;
 use nalgebra::{Matrix2, Matrix6, SMatrix, Vector2, Vector6};
 
 /// Cells that the sightings of one frame may touch; sightings of further cells are not used.
-pub const MAX_TOUCHED_CELLS: usize = 96;
+pub(super) const MAX_TOUCHED_CELLS: usize = 96;
 /// Unknowns of the system of an update.
 const SYSTEM: usize = 2 * PAIR;
 /// Part of the information of a sighting that counts: errors of position persist over frames and neighbours.
@@ -120,7 +121,7 @@ pub struct Fitted {
 /// A row for each touched cell, with an element for each state of a pair.
 pub(super) type CellRows = Vec<[f64; PAIR]>;
 /// An element for each state.
-type StateRow = [f64; STATES];
+pub(super) type StateRow = [f64; STATES];
 
 /// Memory of an update, with the letters of the [module](self).
 pub(super) struct Scratch {
@@ -206,12 +207,22 @@ impl Filter {
     }
 
     /// Returns the largest number of sightings whose update takes at most `units`; 0 if there is none.
-    pub fn affordable_sightings(&self, units: u64, cells: usize) -> usize {
+    fn affordable_sightings(&self, units: u64, cells: usize) -> usize {
         let iterated = self.work(ITERATED_SIGHTINGS, cells) as u64;
         match units.checked_sub(iterated) {
             Some(rest) => ITERATED_SIGHTINGS + (rest / SIGHTING_WORK as u64).min(usize::MAX as u64 / 2) as usize,
             None => (1..ITERATED_SIGHTINGS).rev().find(|count| self.work(*count, cells) as u64 <= units).unwrap_or(0),
         }
+    }
+
+    /// Returns `n` if every `n`-th of `count` sightings can be fitted with some work units, and the cells that they may
+    /// touch then.
+    pub fn thinning(&self, count: usize, units: u64) -> (usize, usize) {
+        if self.affordable_sightings(units, MAX_TOUCHED_CELLS) >= count {
+            return (1, MAX_TOUCHED_CELLS);
+        }
+        let cells = self.expected_cells();
+        (count.div_ceil(self.affordable_sightings(units, cells).max(1)).max(1), cells)
     }
 
     /// Fits present pose, keyframe `k` and the errors of the camera to sightings: iterated, with Geman-McClure's loss.
@@ -540,34 +551,6 @@ impl Filter {
     }
 }
 
-/// Returns a row for each state.
-fn transposed(rows: &[StateRow]) -> [[f64; PAIR]; STATES] {
-    std::array::from_fn(|state| std::array::from_fn(|i| rows[i][state]))
-}
-
-/// Subtracts `product^T columns`, which is symmetric, from the covariance of the first `active` states. Four columns at
-/// a time have independent sums, which keep the pipeline of the processor filled.
-fn subtract_products(covariance: &mut [f64], product: &[StateRow], columns: &[StateRow], active: usize) {
-    const AT_ONCE: usize = 4;
-    for row in 0..active {
-        for first in (0..=row).step_by(AT_ONCE) {
-            let mut less = [-0.0; AT_ONCE];
-            for (product, column) in product.iter().zip(columns) {
-                let factor = product[row];
-                // Beyond the last state there is nothing.
-                let tail = || std::array::from_fn(|i| column.get(first + i).copied().unwrap_or_default());
-                let column = column[first..].first_chunk::<AT_ONCE>().copied().unwrap_or_else(tail);
-                less.iter_mut().zip(column).for_each(|(less, value)| *less += factor * value);
-            }
-            for (column, less) in (first..=row).zip(less) {
-                let value = covariance[row * STATES + column] - less;
-                covariance[row * STATES + column] = value;
-                covariance[column * STATES + row] = value;
-            }
-        }
-    }
-}
-
 /// Spends work units; `None` if the budget is exhausted.
 fn spend(budget: &mut Budget, units: usize) -> Option<()> {
     budget.spend(units).then_some(())
@@ -576,40 +559,4 @@ fn spend(budget: &mut Budget, units: usize) -> Option<()> {
 /// Returns the work units of the system of an iteration, and of its solution, with a number of touched cells.
 fn system_work(cells: usize) -> usize {
     SYSTEM_WORK + CELL_SYSTEM_WORK * cells
-}
-
-/// Solves `A X = B` by elimination with row pivots: `a` is `size` x `size` and is destroyed; the first `columns` of the
-/// `stride` columns of `b` become `X`, both row-major. Returns `None` if `A` is singular.
-pub(super) fn solve(a: &mut [f64], b: &mut [f64], size: usize, stride: usize, columns: usize) -> Option<()> {
-    for i in 0..size {
-        let magnitude = |row: &usize| a[row * size + i].abs();
-        let pivot = (i..size).max_by(|one, other| magnitude(one).total_cmp(&magnitude(other)))?;
-        if magnitude(&pivot).is_nan() || magnitude(&pivot) < 1e-12 {
-            return None;
-        }
-        if pivot != i {
-            (0..size).for_each(|j| a.swap(i * size + j, pivot * size + j));
-            (0..columns).for_each(|j| b.swap(i * stride + j, pivot * stride + j));
-        }
-        let (upper, lower) = a.split_at_mut((i + 1) * size);
-        let (b_upper, b_lower) = b.split_at_mut((i + 1) * stride);
-        let (row, b_row) = (&upper[i * size..], &b_upper[i * stride..][..columns]);
-        for (other, b_other) in lower.chunks_exact_mut(size).zip(b_lower.chunks_exact_mut(stride)) {
-            let factor = other[i] / row[i];
-            if factor != 0.0 {
-                (i..size).for_each(|j| other[j] -= factor * row[j]);
-                b_other.iter_mut().zip(b_row).for_each(|(value, above)| *value -= factor * above);
-            }
-        }
-    }
-    for i in (0..size).rev() {
-        let (upper, lower) = b.split_at_mut((i + 1) * stride);
-        let row = &mut upper[i * stride..][..columns];
-        for (j, below) in (i + 1..size).zip(lower.chunks_exact(stride)) {
-            let factor = a[i * size + j];
-            row.iter_mut().zip(below).for_each(|(value, other)| *value -= factor * other);
-        }
-        row.iter_mut().for_each(|value| *value /= a[i * size + i]);
-    }
-    Some(())
 }

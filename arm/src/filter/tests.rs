@@ -1,7 +1,7 @@
 //! Tests of the filter.
 
+use super::linear::solve;
 use super::rotation::logarithm;
-use super::sightings::solve;
 use super::*;
 use hoverlock_reference::motion::budget::Budget;
 use hoverlock_reference::motion::orthophoto::Camera;
