@@ -9,7 +9,7 @@
 //! qemu-arm -cpu cortex-a9 -plugin libhoverlock_icount.so hoverlock-nav flight.hln
 //! ```
 //!
-//! With the argument `cycles=on` it also estimates cycles, by the tables of [`cost`] and [`cache`], and writes a second
+//! With the argument `cycles=on` it also estimates cycles, by the tables of `cost` and `cache`, and writes a second
 //! line, `icycles`: cycles of the whole frame by issue and by latency, misses of the first and of the second level, and
 //! the deepest stack so far in bytes. The stack begins at the first store of the program.
 //!
