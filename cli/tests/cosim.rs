@@ -99,12 +99,12 @@ fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
 }
 
-/// Within three standard errors along each axis, and within 11 cm: 0.8 px at 50 m.
+/// Within three standard errors along each axis, and within `most` metres; 11 cm are 0.8 px at 50 m.
 #[track_caller]
-fn close(found: [f64; 2], covariance: &[f64], place: &Place) {
+fn close(found: [f64; 2], covariance: &[f64], place: &Place, most: f64) {
     for axis in 0..2 {
         let (error, sigma) = (found[axis] - place.0[axis], covariance[3 * axis].sqrt());
-        assert!(error.abs() < 3.0 * sigma && error.abs() < 0.11, "axis {axis}: {error} m, sigma {sigma} m");
+        assert!(error.abs() < 3.0 * sigma && error.abs() < most, "axis {axis}: {error} m, sigma {sigma} m");
     }
 }
 
@@ -119,7 +119,7 @@ fn match_gives_metres_if_telemetry_is_given() {
         let (report, _) = json(&["match", &reference, &current, "--telemetry", table.to_str().unwrap()]);
         let found = numbers(&report["displacement_m"]);
         let covariance = numbers(&report["covariance_m2"]);
-        close([found[0], found[1]], &covariance, place);
+        close([found[0], found[1]], &covariance, place, 0.11);
         assert!((covariance[1] - covariance[2]).abs() < 1e-9, "{covariance:?}");
         let (report, _) = json(&["match", &reference, &current]);
         assert_eq!((&report["displacement_m"], &report["covariance_m2"]), (&Value::Null, &Value::Null));
@@ -146,7 +146,8 @@ fn a_flight_is_followed_and_the_hardware_gives_the_lines_of_the_model() {
         // With a thousand matches the search may end at its limit of work, which the status reports.
         assert!(estimate["status"] == "estimate" || estimate["status"] == "late", "{text}");
         let found = [estimate["x_e_m"].as_f64().unwrap(), estimate["y_e_m"].as_f64().unwrap()];
-        close(found, &numbers(&estimate["covariance_m2"]), place);
+        // The budget of the flight program has room for a part of the thousand matches (decision 047).
+        close(found, &numbers(&estimate["covariance_m2"]), place, 0.13);
     }
     let page = fs::read_to_string(out.join("index.html")).unwrap();
     assert!(
