@@ -37,8 +37,8 @@ module cursor_properties (input clock);
 
   always @(posedge clock) begin
     if (!begun) assume (reset);
-    // A possible size, or none and no step until the first one.
-    assume ((width == 11'd0 && height == 12'd0 && !advance)
+    // A possible size, or after a reset none and no step until the first one.
+    assume ((begun && width == 11'd0 && height == 12'd0 && !advance)
       || (width >= 11'd64 && width <= `COLUMNS && height >= 12'd64 && height <= 12'd2048));
     if (begun) begin
       if (inside) assume (width == width_before && height == height_before);

@@ -12,6 +12,9 @@ module eligible_properties (input clock);
     .eligible(eligible), .position(position)
   );
 
+  (* hierconn *) wire [`W-1:0] \dut.end_x ;
+  (* hierconn *) wire [11:0] \dut.end_y ;
+
   reg begun = 0, stepped = 0;
   reg [`W-1:0] width_before;
   reg [11:0] height_before;
@@ -32,8 +35,13 @@ module eligible_properties (input clock);
     // A possible size, or none and no frame until the clock after the first one.
     assume ((width == 11'd0 && height == 12'd0 && !active)
       || (width >= 11'd64 && width <= `COLUMNS && height >= 12'd64 && height <= 12'd2048));
-    if (begun) begin
+    // Before the first clock the registers have any value, and no frame is in progress.
+    if (!begun) assume (!active);
+    else begin
+      possible: assert ((width_before == 11'd0 && height_before == 12'd0)
+        || (width_before >= 11'd64 && width_before <= `COLUMNS && height_before >= 12'd64 && height_before <= 12'd2048));
       if (width_before == 11'd0) assume (!active);
+      ends: assert (\dut.end_x == width_before - 11'd18 && \dut.end_y == height_before - 12'd18);
       ring_inside: assert (eligible == (active && inside));
       last_step: assert (!stepped || position == last_position);
       found: cover (eligible && x == 10'd18);

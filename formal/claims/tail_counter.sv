@@ -56,8 +56,8 @@ module tail_counter_properties (input clock);
   always @(posedge clock) begin
     // Before the first reset the outputs mean nothing. Later ones come in any state.
     if (!begun) assume (reset && !\dut.active );
-    // A possible width, or none and no step until the first one.
-    assume ((width == 11'd0 && !advance) || (width >= 11'd64 && width <= `COLUMNS));
+    // A possible width, or after a reset none and no step until the first one.
+    assume ((begun && width == 11'd0 && !advance) || (width >= 11'd64 && width <= `COLUMNS));
     if (begun) begin
       if (inside) assume (width == width_before);
       active_in_tail: assert (\dut.active == inside);
