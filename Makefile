@@ -22,7 +22,7 @@ LONG := all_named_sizes ten_thousand_frames a_thousand_frames designs_drawn_at_r
     no_input_brings_the_command_down survivors_are_harmless each_of_thirty_faults all_seeds_are_rejected
 # Claims without a survivor among 200 mutations; formal/RESULTS.md has the others.
 COVERED := difference address_counter column_maximum decision cursor threshold window_maximum_5 ring_comparator wiring tail_counter \
-    eligible smoothers component
+    eligible smoothers component record_limit sequencer
 # Claims that the second solver is seen to prove in minutes; formal/RESULTS.md has the times.
 PROVED_AGAIN := smoothers decision cursor tail_counter eligible wiring component address_counter window_maximum_5 difference column_maximum threshold \
     record_limit sequencer csr record_fifo unset_registers ring_comparator record_writer candidate_queue top

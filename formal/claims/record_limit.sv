@@ -91,6 +91,7 @@ module record_limit_properties (input clock);
     assume ((height == 12'd0 && !advance) || (height >= 12'd64 && height <= 12'd2048));
     if (!begun) assume (reset);
     else begin
+      possible: assert (height_before == 12'd0 || (height_before >= 12'd64 && height_before <= 12'd2048));
       if (height_before == 12'd0) assume (!advance);
       // At most 100 bands of at most 1023 features end before the next frame loads the allowance.
       assume (left <= 32'd120000);
