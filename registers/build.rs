@@ -10,6 +10,9 @@ use serde::Deserialize;
 /// Bits of a register and of a word of a record.
 const WORD_BITS: u32 = 32;
 
+/// Most coefficients of a design: four smoothers of look-ahead 6.
+const MAX_COEFFICIENTS: u32 = 4 * 7;
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Map {
@@ -44,6 +47,8 @@ struct Field {
     #[serde(default)]
     reset: Number,
     scale_pair: Option<usize>,
+    #[serde(default)]
+    protection: bool,
     description: String,
 }
 
@@ -82,6 +87,7 @@ struct Record {
     two_pair_words: usize,
     three_pair_words: usize,
     flag: Vec<Flag>,
+    error: Vec<Flag>,
     feature: BTreeMap<String, RecordField>,
     trailer: BTreeMap<String, RecordField>,
 }
@@ -123,7 +129,8 @@ fn layout(map: &Map) -> Result<String, Box<dyn Error>> {
     let (mut next, mut names) = (0, BTreeSet::new());
     for register in &map.register {
         let Register { name, offset, fields } = register;
-        if *offset < next || !offset.is_multiple_of(4) || *offset >= map.coefficients.offset || !names.insert(name) {
+        let coefficients = map.coefficients.offset..map.coefficients.offset + 4 * MAX_COEFFICIENTS;
+        if *offset < next || !offset.is_multiple_of(4) || coefficients.contains(offset) || !names.insert(name) {
             return Err(format!("register {name}: offset {offset:#x} or the name is used, or out of order").into());
         }
         next = offset + 4;
@@ -138,13 +145,14 @@ fn layout(map: &Map) -> Result<String, Box<dyn Error>> {
             writeln!(
                 text,
                 "    FieldLayout {{ name: {:?}, low: {}, bits: {}, access: Access::{}, reset: {}, scale_pair: {:?}, \
-                 description: {:?} }},",
+                 protection: {}, description: {:?} }},",
                 field.name,
                 field.low,
                 number(&field.bits),
                 camel_case(&field.access),
                 number(&field.reset),
                 field.scale_pair,
+                field.protection,
                 field.description
             )?;
         }
@@ -164,15 +172,17 @@ fn layout(map: &Map) -> Result<String, Box<dyn Error>> {
 
 /// Returns the Rust of the records.
 fn record(record: &Record) -> Result<String, Box<dyn Error>> {
-    let Record { two_pair_words, three_pair_words, flag, feature, trailer } = record;
+    let Record { two_pair_words, three_pair_words, flag, error, feature, trailer } = record;
     let mut text = format!(
         "/// Words of a record of one or two scale pairs.\npub const TWO_PAIR_WORDS: usize = {two_pair_words};\n\
          /// Words of a record of three scale pairs, the longest there is.\n\
          pub const RECORD_WORDS: usize = {three_pair_words};\n"
     );
-    for Flag { name, bit, description } in flag {
-        let name = name.to_uppercase();
-        writeln!(text, "/// {description}\npub const FLAG_{name}: u16 = 1 << {bit};")?;
+    for (prefix, bits) in [("FLAG", flag), ("ERROR", error)] {
+        for Flag { name, bit, description } in bits {
+            let name = name.to_uppercase();
+            writeln!(text, "/// {description}\npub const {prefix}_{name}: u16 = 1 << {bit};")?;
+        }
     }
     for (module, what, fields) in [("feature", "a feature", feature), ("trailer", "a trailer", trailer)] {
         writeln!(text, "/// Fields of {what}.\npub mod {module} {{\n    use super::RecordField;")?;

@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use toml::Value;
 
 use crate::hardware::CONSTRAINTS;
-use crate::{DesignError, DesignPoint, Format, KEYS, SmootherKind};
+use crate::{DesignError, DesignPoint, Format, KEYS};
 
 /// A key of a design file.
 pub struct Key {
@@ -31,8 +31,8 @@ pub(crate) enum Kind {
     Wholes(RangeInclusive<u32>, Length, Field<Vec<u32>>),
     /// A list of numbers in a range.
     Reals(RangeInclusive<f64>, Length, Field<Vec<f64>>),
-    /// The name of a smoother.
-    Smoother(Field<SmootherKind>),
+    /// One of some names, and access to it by its index.
+    Name(&'static [&'static str], NamedField),
 }
 
 /// Integer bits that a format may have.
@@ -55,6 +55,26 @@ pub(crate) struct Field<T> {
     pub get_mut: fn(&mut DesignPoint) -> &mut T,
 }
 
+/// Access to a field of a [`DesignPoint`] whose values have names, by the index of the name.
+pub(crate) struct NamedField {
+    pub get: fn(&DesignPoint) -> usize,
+    pub set: fn(&mut DesignPoint, usize),
+}
+
+/// Makes the [`Kind`] of a field of a choice.
+macro_rules! named {
+    ($choice:ident, $field:ident) => {
+        Kind::Name(
+            $choice::NAMES,
+            NamedField {
+                get: |design| design.$field as usize,
+                set: |design, index| design.$field = $choice::ALL[index],
+            },
+        )
+    };
+}
+pub(crate) use named;
+
 /// Makes the [`Field`] of a path such as `threshold.target`.
 macro_rules! field {
     ($($path:ident).+) => {
@@ -74,7 +94,7 @@ pub enum KeyValue {
     Format(Format),
     Wholes(Vec<u32>),
     Reals(Vec<f64>),
-    Smoother(SmootherKind),
+    Name(&'static str),
 }
 
 impl fmt::Display for KeyValue {
@@ -84,7 +104,7 @@ impl fmt::Display for KeyValue {
             Self::Format(format) => write!(f, "{format}"),
             Self::Wholes(numbers) => write!(f, "{numbers:?}"),
             Self::Reals(numbers) => write!(f, "{numbers:?}"),
-            Self::Smoother(kind) => write!(f, "{kind}"),
+            Self::Name(name) => write!(f, "{name}"),
         }
     }
 }
@@ -93,7 +113,7 @@ impl KeyValue {
     /// Returns the value as TOML.
     pub(crate) fn to_toml(&self) -> String {
         match self {
-            Self::Format(_) | Self::Smoother(_) => format!("\"{self}\""),
+            Self::Format(_) | Self::Name(_) => format!("\"{self}\""),
             other => other.to_string(),
         }
     }
@@ -128,7 +148,7 @@ impl Key {
             Kind::Format { field, .. } => KeyValue::Format(*(field.get)(design)),
             Kind::Wholes(_, _, field) => KeyValue::Wholes((field.get)(design).clone()),
             Kind::Reals(_, _, field) => KeyValue::Reals((field.get)(design).clone()),
-            Kind::Smoother(field) => KeyValue::Smoother(*(field.get)(design)),
+            Kind::Name(names, field) => KeyValue::Name(names[(field.get)(design)]),
         }
     }
 
@@ -147,7 +167,7 @@ impl Key {
             }
             Kind::Wholes(range, length, _) => format!("a list of whole numbers {}, {}", span(range), length.unit()),
             Kind::Reals(range, length, _) => format!("a list of numbers {}, {}", span(range), length.unit()),
-            Kind::Smoother(_) => format!("one of {}", SmootherKind::ALL.map(SmootherKind::name).join(", ")),
+            Kind::Name(names, _) => format!("one of {}", names.join(", ")),
         }
     }
 
@@ -176,7 +196,10 @@ impl Key {
             }
             Kind::Wholes(range, _, field) => assign(design, field, list(value, |value| whole(value, range))),
             Kind::Reals(range, _, field) => assign(design, field, list(value, |value| real(value, range))),
-            Kind::Smoother(field) => assign(design, field, value.as_str().and_then(SmootherKind::named)),
+            Kind::Name(names, field) => {
+                let index = value.as_str().and_then(|text| names.iter().position(|name| *name == text));
+                index.map(|index| (field.set)(design, index))
+            }
         };
         is_set.ok_or(rejected)
     }

@@ -16,6 +16,7 @@
 //! The window of the maxima and the points of a ring are parameters of the algorithm, not of a design: they are the
 //! same for every design.
 
+mod choice;
 mod error;
 mod file;
 mod format;
@@ -24,8 +25,8 @@ mod key;
 mod load;
 mod point;
 mod shipped;
-mod smoother;
 
+pub use choice::{Protection, SmootherKind};
 pub use error::DesignError;
 pub use format::{Format, FormatError};
 pub use hardware::{MAX_ROWS, MIN_SIDE, Unbuildable};
@@ -35,4 +36,3 @@ pub use point::{
     AutomaticThreshold, DesignPoint, KEYS, MAX_FRACTION_BITS, MAX_RING_RADIUS, MAX_SCALE_PAIRS, smoother_names,
 };
 pub use shipped::{KT27, SHIPPED};
-pub use smoother::SmootherKind;

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use crate::key::{Field, IntegerBits, Key, Kind, Length, field};
-use crate::{Format, SmootherKind};
+use crate::key::{Field, IntegerBits, Key, Kind, Length, NamedField, field, named};
+use crate::{Format, Protection, SmootherKind};
 
 /// Integer bits of a DoG magnitude in DN: its range is `FS/4 = 2^14` DN.
 const DOG_RANGE_BITS: i8 = 14;
@@ -62,10 +62,12 @@ pub struct DesignPoint {
     pub candidate_queue: u32,
     /// Capacity of the FIFO of records that wait for the DMA, a power of two.
     pub record_fifo: u32,
+    /// What the block memories keep besides the data.
+    pub protection: Protection,
 }
 
 /// The keys of a design file, in the order of a file.
-pub static KEYS: [Key; 15] = [
+pub static KEYS: [Key; 16] = [
     Key {
         name: "width",
         unit: "px",
@@ -116,7 +118,7 @@ pub static KEYS: [Key; 15] = [
         name: "smoother",
         unit: "family",
         meaning: "Smoother of the levels recursive and quantised. The bit-true model and the hardware are first-order.",
-        kind: Kind::Smoother(field!(smoother)),
+        kind: named!(SmootherKind, smoother),
     },
     Key {
         name: "look_ahead",
@@ -160,6 +162,12 @@ pub static KEYS: [Key; 15] = [
         meaning: "Records that can wait for the DMA. The last 16 entries are reserved for the ends of frames.",
         kind: Kind::PowerOfTwo(64..=4096, field!(record_fifo)),
     },
+    Key {
+        name: "protection",
+        unit: "kind",
+        meaning: "What block memories keep besides the data. It changes no record; upsets mark the frames that read them.",
+        kind: named!(Protection, protection),
+    },
 ];
 
 impl DesignPoint {
@@ -180,6 +188,7 @@ impl DesignPoint {
             threshold: AutomaticThreshold { target: 0, initial: 0 },
             candidate_queue: 0,
             record_fifo: 0,
+            protection: Protection::None,
         }
     }
 

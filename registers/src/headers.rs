@@ -2,7 +2,7 @@
 //!
 //! `banner` is the beginning of the file: licence, and by what it is generated.
 
-use crate::{Access, COEFFICIENTS_OFFSET, Field, Register};
+use crate::{Access, Field, Register};
 
 /// Text of the Markdown file between the banner and the rows of the table.
 const INTRODUCTION: &str = include_str!("introduction.md");
@@ -75,7 +75,7 @@ pub fn rust_constants(map: &[Register], banner: &str) -> String {
             );
         }
     }
-    let coefficients: Vec<_> = map.iter().filter(|register| register.offset >= COEFFICIENTS_OFFSET).collect();
+    let coefficients: Vec<_> = map.iter().filter(|register| register.is_coefficient()).collect();
     text += &format!(
         "/// Byte address and value of each coefficient of the design point.\n\
          pub const COEFFICIENTS: [(u32, u32); {}] = [\n",

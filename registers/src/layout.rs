@@ -1,6 +1,6 @@
 //! The register map of a design.
 
-use hoverlock_design::{DesignPoint, MAX_ROWS, MIN_SIDE, smoother_names};
+use hoverlock_design::{DesignPoint, MAX_ROWS, MIN_SIDE, Protection, smoother_names};
 
 use crate::record::default_limit;
 
@@ -57,6 +57,11 @@ pub struct Register {
 }
 
 impl Register {
+    /// Returns `true` for the register of a coefficient.
+    pub fn is_coefficient(&self) -> bool {
+        self.fields[0].name == "value"
+    }
+
     /// Returns the value after reset.
     pub fn reset(&self) -> u32 {
         self.fields.iter().fold(0, |value, field| value | field.reset << field.low)
@@ -78,6 +83,8 @@ pub(crate) struct FieldLayout {
     access: Access,
     reset: Number,
     scale_pair: Option<usize>,
+    /// The field exists only if the memories of the design are protected.
+    protection: bool,
     description: &'static str,
 }
 
@@ -157,7 +164,10 @@ impl FieldLayout {
 /// Returns all registers of a design in the order of their offsets. `coefficients` are the reset values of the
 /// coefficients: smoother by smoother from the narrowest, the recursion first, then the stages of the look-ahead.
 pub fn registers(design: &DesignPoint, coefficients: &[u32]) -> Vec<Register> {
-    let exists = |field: &&FieldLayout| field.scale_pair.is_none_or(|k| k < design.pairs());
+    let is_protected = design.protection != Protection::None;
+    let exists = |field: &&FieldLayout| {
+        field.scale_pair.is_none_or(|k| k < design.pairs()) && (is_protected || !field.protection)
+    };
     let fixed = REGISTERS.iter().map(|layout| Register {
         name: layout.name.into(),
         offset: layout.offset,
@@ -190,6 +200,7 @@ pub fn registers(design: &DesignPoint, coefficients: &[u32]) -> Vec<Register> {
             }],
         });
     }
+    map.sort_by_key(|register| register.offset);
     map
 }
 
@@ -203,7 +214,7 @@ mod tests {
     #[test]
     fn fields_fit_their_registers_in_every_shipped_design() {
         for (name, _) in SHIPPED {
-            let design = DesignPoint::shipped(name).unwrap();
+            let design = DesignPoint::shipped(name).unwrap().with_override("protection=parity").unwrap();
             let count = design.look_ahead.iter().map(|stages| 1 + *stages as usize).sum();
             let map = registers(&design, &vec![1; count]);
             for register in &map {
@@ -215,8 +226,9 @@ mod tests {
                     free = field.low + field.bits;
                 }
             }
-            let coefficients = map.iter().filter(|register| register.offset >= COEFFICIENTS_OFFSET);
+            let coefficients = map.iter().filter(|register| register.is_coefficient());
             assert_eq!(coefficients.count(), count, "{name}");
+            assert!(map.is_sorted_by_key(|register| register.offset), "{name}");
         }
     }
 }

@@ -16,7 +16,7 @@ mod smoothers;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-use hoverlock_design::{DesignPoint, KEYS, KT27, KeyValue, MAX_RING_RADIUS, smoother_names};
+use hoverlock_design::{DesignPoint, KEYS, KT27, KeyValue, MAX_RING_RADIUS, Protection, smoother_names};
 
 fn main() {
     if let Err(error) = run() {
@@ -68,9 +68,15 @@ fn constants(design: &DesignPoint) -> String {
                 text += &format!("/// {meaning} Unit: {unit}.\npub const {name}: [usize; {length}] = {values:?};\n");
             }
             // The hardware has no numbers with a point, and one smoother.
-            KeyValue::Reals(_) | KeyValue::Smoother(_) => {}
+            KeyValue::Reals(_) | KeyValue::Name(_) => {}
         }
     }
+    let parity = u32::from(design.protection == Protection::Parity);
+    text += &format!(
+        "/// Parity bits of a sample in a block memory, and flags of an upset that a module outputs: 1 in a protected \
+         design, else 0.\npub const PARITY: usize = {parity};\n"
+    );
+    names.push("PARITY".into());
     let pairs: Vec<String> = names.iter().map(|name| format!("(\"{name}\", {name})")).collect();
     text + &format!(
         "/// The numbers of the design file with their names.\npub const KEY_CONSTANTS: &[(&str, usize)] = &[{}];\n",

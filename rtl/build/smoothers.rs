@@ -7,7 +7,7 @@
 
 use std::collections::BTreeSet;
 
-use hoverlock_design::{DesignPoint, smoother_names};
+use hoverlock_design::{DesignPoint, Protection, smoother_names};
 
 /// The module with placeholders in capitals for the parts that depend on the design.
 const TEMPLATE: &str = include_str!("smoothers.template");
@@ -36,6 +36,9 @@ pub fn module(design: &DesignPoint) -> String {
     module.markers();
     module.first_rows();
     module.smoothers();
+    if design.protection == Protection::Parity {
+        module.upsets();
+    }
     module.text()
 }
 
@@ -318,6 +321,18 @@ impl Module {
             let y = self.delay(&format!("{name}_delay"), self.state_bits, steps, &format!("self.{smoother}.y.val()"));
             self.connect(name, &y);
         }
+    }
+
+    /// Joins the flags of all memories and of the bank.
+    fn upsets(&mut self) {
+        self.comment("A bit flipped in a memory or in the bank.");
+        self.fields += "    recursion_upset: Signal<Local, Bit>,\n";
+        self.initial += "            recursion_upset: Signal::default(),\n";
+        let recursions: Vec<String> =
+            self.names.iter().map(|name| format!("self.{name}_smoother.upset.val()")).collect();
+        self.connect("recursion_upset", &recursions.join(" | "));
+        let flags = ["line_memory.upset", "held.upset", "bank.upset", "recursion_upset"];
+        self.connect("upset", &flags.map(|flag| format!("self.{flag}.val()")).join(" | "));
     }
 
     /// Returns the smoother types and the template with all parts.

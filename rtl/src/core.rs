@@ -3,8 +3,10 @@
 use rust_hdl::prelude::*;
 
 use crate::{
-    cells::{Fields, Height, Pixel, Response, Width, bank::Bank, record_fifo::RecordFifo, sequencer::Sequencer},
-    design::{RECORD_BITS, SCALE_PAIRS},
+    cells::{
+        Fields, Height, Pixel, Response, Width, bank::Bank, flag::Flag, record_fifo::RecordFifo, sequencer::Sequencer,
+    },
+    design::{PARITY, RECORD_BITS, SCALE_PAIRS},
     extractor::Extractor,
 };
 
@@ -63,6 +65,8 @@ pub struct Core {
     pub saturated: Signal<Out, Bit>,
     /// Thresholds `T_k` in use.
     pub threshold: [Signal<Out, Response>; SCALE_PAIRS],
+    /// A flipped bit was read.
+    pub upset: Flag<Out>,
     sequencer: Sequencer,
     frame_bank: Bank,
     extractor: Extractor,
@@ -122,5 +126,9 @@ impl Logic for Core {
         self.feature_data.next = self.fifo.data.val();
         self.feature_startofpacket.next = self.fifo.start_of_packet.val();
         self.feature_endofpacket.next = self.fifo.end_of_packet.val();
+        for _flag in 0..PARITY {
+            self.extractor.bank_upset.next = self.frame_bank.upset.val();
+            self.upset.next = (self.extractor.upset.val() & self.sequencer.advance.val()) | self.fifo.upset.val();
+        }
     }
 }

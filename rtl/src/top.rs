@@ -6,7 +6,7 @@ use rust_hdl::prelude::*;
 use crate::{
     cells::{Pixel, csr::Csr},
     core::Core,
-    design::{RECORD_BITS, SCALE_PAIRS, compiled},
+    design::{PARITY, RECORD_BITS, SCALE_PAIRS, compiled},
     registers::registers,
 };
 
@@ -110,6 +110,9 @@ impl Logic for Top {
         self.registers.saturated.next = self.core.saturated.val();
         for k in 0..SCALE_PAIRS {
             self.registers.threshold[k].next = self.core.threshold[k].val();
+        }
+        for _flag in 0..PARITY {
+            self.registers.upset.next = self.core.upset.val();
         }
 
         self.core.clock.next = self.clock.val();

@@ -8,8 +8,11 @@ use hoverlock_fault::draw::{Fault, Kind, draw};
 use hoverlock_fault::state::Bit;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_rtl::emission::committed;
+use hoverlock_rtl::emission::verilog::verilog;
 use hoverlock_simulation::Simulator;
 use hoverlock_simulation::upsets::{MIN_FRAMES, Upsets};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 /// Frames of 64 x 64 with a texture of their own each.
 fn frames(count: usize) -> Vec<Plane<u16>> {
@@ -71,6 +74,53 @@ fn registers_with_a_known_outcome_have_it() {
     // Smoothed samples are wrong in all frames, and nothing says so.
     let smoothed = upsets.state().registers().iter().find(|r| r.module == "lerp" && r.name.ends_with(".y")).unwrap();
     assert_eq!(class(&smoothed.name, 15, begin, Kind::Stuck1), Class::Silent, "{}", smoothed.name);
+}
+
+/// Bits of a bank that are coefficients: 19 of 16 bits.
+const COEFFICIENT_FIELDS: u32 = 19 * 16;
+
+/// Draws upsets in the memories and banks of a protected design: in words that a frame of 64 columns uses, because most
+/// of the others do nothing, and in the coefficients of a bank. A threshold of one frame changes those of later ones,
+/// whose records are right for them.
+fn protected_faults(upsets: &Upsets, count: usize, seed: u64) -> Vec<Fault> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let is_protected = |(_, register): &(usize, &hoverlock_fault::state::Register)| {
+        let blocks = ["column_memory", "line_delay_parity", "held_row", "candidate_queue", "record_fifo"];
+        register.name.ends_with(".memory") && blocks.contains(&register.module.as_str())
+            || register.name.ends_with("bank.q")
+    };
+    let registers: Vec<_> = upsets.state().registers().iter().enumerate().filter(is_protected).collect();
+    assert_eq!(registers.len(), 1 + 3 + 2 + 2 + 1 + 2 + 2, "{registers:?}");
+    (0..count)
+        .map(|i| {
+            let (at, register) = registers[i % registers.len()];
+            let word = random.random_range(0..register.words.min(64));
+            let width = if register.name.ends_with("bank.q") { COEFFICIENT_FIELDS } else { register.width };
+            let bit = Bit { register: at, word, bit: random.random_range(0..width) };
+            Fault { bit, cycle: random.random_range(upsets.window()), kind: Kind::Seu }
+        })
+        .collect()
+}
+
+/// `HOVERLOCK_SEED=S` draws others.
+#[test]
+fn an_upset_in_a_protected_memory_is_masked_or_detected() {
+    let seed = std::env::var("HOVERLOCK_SEED").ok().and_then(|text| text.parse().ok()).unwrap_or(1);
+    let design = KT27.with_override("protection=parity").unwrap();
+    let simulator = Simulator::with_registers(&design, &verilog(&design, None).unwrap()).unwrap();
+    let upsets = Upsets::new(simulator, &frames(MIN_FRAMES), &[100, 100]).unwrap();
+    let faults = protected_faults(&upsets, 260, seed);
+    let classes = campaign(&faults, 2, |fault| upsets.run(fault), |_| ()).unwrap();
+    for (fault, class) in faults.iter().zip(&classes) {
+        let register = upsets.state().register(fault.bit);
+        assert!(
+            matches!(class, Class::Masked | Class::Detected),
+            "seed {seed}: {class:?} of {}, {fault:?}",
+            register.name
+        );
+    }
+    let counts: Counts = classes.into_iter().collect();
+    assert!(counts.detected > 40, "seed {seed}: {counts:?}");
 }
 
 #[test]

@@ -15,7 +15,6 @@ use hoverlock_arm::source::Source as MessageStream;
 use hoverlock_design::{DesignPoint, KT27};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::model::Pair;
-use hoverlock_registers::COEFFICIENTS_OFFSET;
 use hoverlock_rtl::emission::emission_of;
 use hoverlock_rtl::registers::registers;
 
@@ -80,7 +79,7 @@ fn expected_fpga(features: FeatureSource, design: &DesignPoint) -> Result<Fpga, 
         return Ok(Fpga { columns: design.width, ..Fpga::default() });
     }
     let map = registers(design)?;
-    let coefficients = map.iter().filter(|register| register.offset >= COEFFICIENTS_OFFSET);
+    let coefficients = map.iter().filter(|register| register.is_coefficient());
     let reset = |name: &str| map.iter().find(|register| register.name == name).map_or(0, |found| found.fields[0].reset);
     Ok(Fpga {
         version: reset("version"),

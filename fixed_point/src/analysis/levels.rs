@@ -500,7 +500,7 @@ mod tests {
         let smoothed = |levels: &Levels, level| levels.planes(level, &picture).smoothed;
         let largest =
             |a: &[Plane<f64>], b: &[Plane<f64>]| a.iter().zip(b).map(|(a, b)| distance(a, b)).fold(0.0, f64::max);
-        for smoother in SmootherKind::ALL.into_iter().skip(1) {
+        for smoother in SmootherKind::ALL.iter().copied().skip(1) {
             let with_bits = |bits| DesignPoint { smoother, coefficient: Format::unsigned(0, bits), ..KT27.clone() };
             let levels = Levels::new(&with_bits(16)).unwrap();
             let same = |level| smoothed(&levels, level) == smoothed(&first_order, level);

@@ -13,7 +13,7 @@
 
 use serde::Serialize;
 
-use hoverlock_design::DesignPoint;
+use hoverlock_design::{DesignPoint, Protection};
 use hoverlock_reference::features::maxlbp::MAX_RING_RADIUS;
 use hoverlock_registers::record::record_words;
 
@@ -71,6 +71,8 @@ pub fn blocks(words: u64, width: u64) -> u64 {
 /// Returns the memories of a design that use M10K blocks.
 pub fn memories(design: &DesignPoint) -> Vec<Memory> {
     let line = u64::from(design.width).next_power_of_two();
+    // A protected memory has a bit more for each sample, candidate and record. Delays are not protected.
+    let parity = u64::from(design.protection != Protection::None);
     let (pixel, state) = (u64::from(design.pixel.bits()), u64::from(design.state.bits()));
     let magnitude = u64::from(design.dog_bits);
     // Each response has a sign bit.
@@ -86,9 +88,9 @@ pub fn memories(design: &DesignPoint) -> Vec<Memory> {
     // of states. All are one word.
     let rows = (1u64 << longest) - (1 << shortest.saturating_sub(2));
     let states: u64 = design.look_ahead.iter().map(|m| (1 << m.saturating_sub(2)) - 1).sum();
-    add("column look-ahead", 1, line, rows * pixel + states * state);
-    add("state of the recursions", smoothers, line, state);
-    add("held last row", 1, line, pixel);
+    add("column look-ahead", 1, line, rows * (pixel + parity) + states * (state + parity));
+    add("state of the recursions", smoothers, line, state + parity);
+    add("held last row", 1, line, pixel + parity);
     for j in 0..longest {
         let stages = design.look_ahead.iter().filter(|m| **m > j).count() as u64;
         add("row look-back and look-ahead", 2 * stages, (1 << j) - 1, state);
@@ -104,16 +106,16 @@ pub fn memories(design: &DesignPoint) -> Vec<Memory> {
             add("output of a shorter smoother", 1, (steps + cells - 1 - cell) / cells - 1, state);
         }
     }
-    add("7x7 windows", pairs, line, 6 * response);
+    add("7x7 windows", pairs, line, 6 * (response + parity));
     for radius in design.ring_radii.iter().copied() {
         // From the last row of the widest ring to the first of this one.
-        add("rings", 1, line, u64::from(MAX_RING_RADIUS + radius) * response);
+        add("rings", 1, line, u64::from(MAX_RING_RADIUS + radius) * (response + parity));
     }
     // Position, and of each scale pair a hit, the response with its sign, and four neighbours.
     let position = ROW_BITS + u64::from(line.trailing_zeros());
-    add("candidates", 1, design.candidate_queue.into(), position + pairs * (1 + response + 4 * magnitude));
+    add("candidates", 1, design.candidate_queue.into(), position + pairs * (1 + response + 4 * magnitude) + parity);
     let record = 32 * record_words(design.pairs()) as u64;
-    add("records", 1, design.record_fifo.into(), record);
+    add("records", 1, design.record_fifo.into(), record + parity);
     found.retain(|memory| memory.words > MLAB_WORDS || 20 * memory.words * memory.width >= BLOCK_BITS);
     found.retain(|memory| memory.width > 0);
     found

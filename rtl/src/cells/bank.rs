@@ -5,10 +5,14 @@
 //! thresholds, the target count, the mode (bit 0: automatic), and the record limit. The next frame may enter the
 //! pipeline while this one is still in it. So there are three banks, and each is loaded when a frame enters its part of
 //! the pipeline.
+//!
+//! A bank keeps its values until the next commit, so a flipped bit in it would change every frame from then on. In a
+//! protected design a parity bit is loaded with the values and compared in each clock.
 
 use rust_hdl::prelude::*;
 
-use super::Fields;
+use super::{Fields, flag::Flag};
+use crate::design::PARITY;
 
 /// A bank with a load enable.
 #[derive(LogicBlock, Default)]
@@ -21,6 +25,8 @@ pub struct Bank {
     pub d: Signal<In, Fields>,
     /// Fields of the frame.
     pub q: Signal<Out, Fields>,
+    /// A bit of `q` has flipped, one clock later.
+    pub upset: Flag<Out>,
 }
 
 impl Logic for Bank {
@@ -28,13 +34,33 @@ impl Logic for Bank {
         if self.clock.pos_edge() && self.load.val() {
             self.q.next = self.d.val();
         }
+        self.upset.next = false;
     }
 
     fn connect(&mut self) {
         self.q.connect();
+        self.upset.connect();
     }
 
     fn hdl(&self) -> Verilog {
+        if PARITY > 0 {
+            let text = "\
+// module: bank
+reg parity;
+reg loaded;
+initial loaded = 1'b0;
+
+always @(posedge clock) begin
+  if (load) begin
+    q      <= d;
+    parity <= ^d;
+    loaded <= 1'b1;
+  end
+  upset <= loaded & (^{parity, q});
+end
+";
+            return Verilog::Custom(text.into());
+        }
         Verilog::Custom("// module: bank\nalways @(posedge clock)\n  if (load)\n    q <= d;\n".into())
     }
 }

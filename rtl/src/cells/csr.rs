@@ -4,9 +4,9 @@
 use hoverlock_registers::{Access, Field, Register};
 use rust_hdl::prelude::*;
 
-use super::{Fields, Height, Response, Width, low, zeros};
+use super::{Fields, Height, Response, Width, flag::Flag, low, zeros};
 use crate::design::{
-    COEFFICIENT_BITS, DOG_BITS, HEIGHT_BITS, MODE_AT, RECORD_LIMIT_AT, SCALE_PAIRS, TARGET_AT, THRESHOLD_0_AT,
+    COEFFICIENT_BITS, DOG_BITS, HEIGHT_BITS, MODE_AT, PARITY, RECORD_LIMIT_AT, SCALE_PAIRS, TARGET_AT, THRESHOLD_0_AT,
     WIDTH_BITS,
 };
 
@@ -62,6 +62,8 @@ pub struct Csr {
     pub saturated: Signal<In, Bit>,
     /// Thresholds in use.
     pub threshold: [Signal<In, Response>; SCALE_PAIRS],
+    /// A flipped bit was read.
+    pub upset: Flag<In>,
     _map: Vec<Register>,
     _words: Vec<u32>,
     _read: u32,
@@ -98,6 +100,7 @@ impl Csr {
             frames: Signal::default(),
             saturated: Signal::default(),
             threshold: Default::default(),
+            upset: Default::default(),
             _map: map,
             _words: words,
             _read: 0,
@@ -134,6 +137,7 @@ impl Csr {
             | u32::from(lost) << 5
             | u32::from(self.saturated.val()) << 6
             | u32::from(self.begun.val()) << 7
+            | u32::from(self.upset.val()) << 8
     }
 
     /// The value that hardware drives in a read-only register.
@@ -182,7 +186,8 @@ impl Logic for Csr {
                     self._captured_size = self.word("size");
                 }
                 // Events of the pipeline do not count while it is being reset.
-                let (events, done) = if clearing { (0, false) } else { (self.events(), self.done.val()) };
+                let (events, done, upset) =
+                    if clearing { (0, false, false) } else { (self.events(), self.done.val(), self.upset.val()) };
                 for (register, word) in self._map.iter().zip(&mut self._words) {
                     let data = write.filter(|_| register.offset == at);
                     if let Some(data) = data {
@@ -196,6 +201,7 @@ impl Logic for Csr {
                         "commit" => *word = *word & u32::from(stays) | data.unwrap_or_default() & 1,
                         "features" if done => *word = self.count.val().to_u32(),
                         "dropped" if done => *word = self.dropped.val().to_u32(),
+                        "upsets" if upset => *word = (*word + 1).min(0xffff),
                         _ => {}
                     }
                 }
@@ -208,12 +214,11 @@ impl Logic for Csr {
         let size = if committed { self.word("size") } else { self._captured_size };
         self.committed.next = committed;
         self.enable.next = control & 1 != 0;
-        self.irq.next = control & 4 != 0 && status & 1 != 0 || control & 8 != 0 && status & 0x7e != 0;
+        self.irq.next = control & 4 != 0 && status & 1 != 0 || control & 8 != 0 && status & 0x17e != 0;
         self.width.next = low(u64::from(size), WIDTH_BITS).into();
         self.height.next = low(u64::from(size >> 16), HEIGHT_BITS).into();
         let mut bank = Fields::default();
-        let coefficients =
-            self._map.iter().zip(&self._words).filter(|(register, _)| register.fields[0].name == "value");
+        let coefficients = self._map.iter().zip(&self._words).filter(|(register, _)| register.is_coefficient());
         for (i, (_, word)) in coefficients.enumerate() {
             bank.set_bits(16 * i, Bits::<16>::from(u64::from(*word)));
         }
@@ -293,6 +298,13 @@ impl Logic for Csr {
                             resets += &format!("    {name} <= {bits}'d0;\n");
                             writes += &format!("    if (done & ~clear_now)\n      {name} <= {source};\n");
                         }
+                        ("upsets", _) => {
+                            declarations += &format!("reg  {range}{name};\n");
+                            resets += &format!("    {name} <= {bits}'d0;\n");
+                            writes += &format!(
+                                "    if (upset & ~clear_now & ~&{name})\n      {name} <= {name} + {bits}'d1;\n"
+                            );
+                        }
                         ("status", _) => declarations += &format!("wire {range}{name} = busy;\n"),
                         ("threshold_now" | "threshold_now_2", _) => {
                             let pair = field.scale_pair.unwrap_or_default();
@@ -311,7 +323,7 @@ impl Logic for Csr {
         let coefficients: Vec<String> = self
             ._map
             .iter()
-            .filter(|register| register.fields[0].name == "value")
+            .filter(|register| register.is_coefficient())
             .map(|register| match 16 - COEFFICIENT_BITS {
                 0 => format!("{}_value", register.name),
                 pad => format!("{}, {}_value", zeros(pad), register.name),
@@ -320,7 +332,7 @@ impl Logic for Csr {
             .collect();
         let of_set = |coefficient: bool| {
             let registers = self._map.iter().filter(|register| is_of_set(register));
-            registers.filter(move |register| (register.fields[0].name == "value") == coefficient)
+            registers.filter(move |register| register.is_coefficient() == coefficient)
         };
         let mut disturbing: Vec<String> =
             of_set(false).map(|register| format!("(address == {})", address_name(register))).collect();
@@ -360,7 +372,7 @@ always @(posedge clock)
 always @(*) begin
   irq = (control_interrupt_frame & status_frame)
       | (control_interrupt_error & (status_short_frame | status_long_frame | status_interrupted | status_refused
-                                          | status_dropped | status_saturated));
+                                          | status_dropped | status_saturated{}));
   clear  = clear_now;
   enable = control_enable;
   committed = commit_pending;
@@ -372,6 +384,7 @@ always @(*) begin
 end
 ",
             disturbing.join("\n  | "),
+            if PARITY > 0 { " | status_upset" } else { "" },
             (0..SCALE_PAIRS)
                 .rev()
                 .filter_map(|k| self.manual_threshold(k))
@@ -414,6 +427,7 @@ fn event(field: &str) -> &'static str {
         "refused" => "errors[3]",
         "dropped" => "done & (dropped != 20'd0)",
         "begun" => "begun",
+        "upset" => "upset",
         _ => "saturated",
     }
 }

@@ -8,11 +8,14 @@
 //!
 //! The word is written at the address of `1 + e` steps ago. With `e > 0` the loop through the memory takes `W - e`
 //! steps, which leaves `e` steps for the logic of a recursion.
+//!
+//! In a protected design each sample has a parity bit, which is made as the sample comes in, stays with it and is
+//! checked wherever the sample is used.
 
 use rust_hdl::prelude::*;
 
-use super::{Address, Pixel, State, of_family};
-use crate::design::{COLUMN_BITS, LINE_WORDS, PIXEL_BITS, STATE_BITS};
+use super::{Address, Pixel, State, flag::Flag, of_family, protected};
+use crate::design::{COLUMN_BITS, LINE_WORDS, PARITY, PIXEL_BITS, STATE_BITS};
 
 /// The line memory. A sample has `B` bits; `OUT` is `B` times the number of taps.
 #[derive(LogicBlock)]
@@ -29,6 +32,8 @@ pub struct LineDelay<const B: usize, const OUT: usize> {
     pub x: Signal<In, Bits<B>>,
     /// The taps, the newest lowest.
     pub y: Signal<Out, Bits<OUT>>,
+    /// A sample with a flipped bit was at a tap, one step later.
+    pub upset: Flag<Out>,
     _rows: usize,
     _taps: Vec<usize>,
     _memory: Vec<Vec<Bits<B>>>,
@@ -47,6 +52,7 @@ impl<const B: usize, const OUT: usize> LineDelay<B, OUT> {
             write_address: Signal::default(),
             x: Signal::default(),
             y: Signal::default(),
+            upset: Default::default(),
             _rows: rows,
             _taps: taps.to_vec(),
             _memory: vec![vec![0u64.into(); rows]; LINE_WORDS],
@@ -70,10 +76,12 @@ impl<const B: usize, const OUT: usize> Logic for LineDelay<B, OUT> {
             }
             self.y.next = out;
         }
+        self.upset.next = false;
     }
 
     fn connect(&mut self) {
         self.y.connect();
+        self.upset.connect();
     }
 
     fn hdl(&self) -> Verilog {
@@ -85,7 +93,7 @@ impl<const B: usize, const OUT: usize> Logic for LineDelay<B, OUT> {
             ("OUTPUTS", self._taps.len().to_string()),
             ("ADDRESS_BITS", COLUMN_BITS.to_string()),
         ];
-        of_family("line_delay", &parameters)
+        of_family(if PARITY > 0 { "line_delay_parity" } else { "line_delay" }, &parameters)
     }
 }
 
@@ -110,6 +118,8 @@ pub struct ColumnMemory<const TAPS: usize, const STAGES: usize> {
     pub x: [Signal<In, State>; STAGES],
     /// The state `l_i` lines ago.
     pub y: [Signal<Out, State>; STAGES],
+    /// A sample with a flipped bit was at an output, one step later.
+    pub upset: Flag<Out>,
     _taps: Vec<usize>,
     _lines: Vec<usize>,
     _pixels: Vec<Vec<Pixel>>,
@@ -132,6 +142,7 @@ impl<const TAPS: usize, const STAGES: usize> ColumnMemory<TAPS, STAGES> {
             taps: std::array::from_fn(|_| Signal::default()),
             x: std::array::from_fn(|_| Signal::default()),
             y: std::array::from_fn(|_| Signal::default()),
+            upset: Default::default(),
             _taps: taps.to_vec(),
             _lines: lines.to_vec(),
             _pixels: vec![pixels.clone(); LINE_WORDS],
@@ -162,36 +173,44 @@ impl<const TAPS: usize, const STAGES: usize> Logic for ColumnMemory<TAPS, STAGES
                 y.next = rows[rows.len() - 1];
             }
         }
+        self.upset.next = false;
     }
 
     fn connect(&mut self) {
         self.taps.iter_mut().for_each(|tap| tap.connect());
         self.y.iter_mut().for_each(|y| y.connect());
+        self.upset.connect();
     }
 
     fn hdl(&self) -> Verilog {
+        // A sample with its parity bit above it.
+        let sealed = |input: String| if PARITY > 0 { format!("^{input}, {input}") } else { input };
         let mut from = 0;
-        let (mut outputs, mut words) = (String::new(), Vec::new());
+        let (mut outputs, mut words, mut checked) = (String::new(), Vec::new(), Vec::new());
         let mut add = |input: String, bits: usize, lines: usize| {
             let kept = (from + (lines - 1) * bits).checked_sub(1).filter(|_| lines > 1);
             words.push(match kept {
-                Some(top) => format!("column[{top}:{from}], {input}"),
-                None => input,
+                Some(top) => format!("column[{top}:{from}], {}", sealed(input)),
+                None => sealed(input),
             });
             from += lines * bits;
             from
         };
-        let rows = self._taps[TAPS - 1];
-        add("pixel".into(), PIXEL_BITS, rows);
+        let mut output = |port: String, from: usize, bits: usize| {
+            outputs += &format!("  {port} = column[{}:{from}];\n", from + bits - 1);
+            checked.push(format!("^column[{}:{from}]", from + bits));
+        };
+        let (pixel_bits, state_bits) = (PIXEL_BITS + PARITY, STATE_BITS + PARITY);
+        add("pixel".into(), pixel_bits, self._taps[TAPS - 1]);
         for (i, tap) in self._taps.iter().enumerate() {
-            outputs += &format!("  taps_{i} = column[{}:{}];\n", tap * PIXEL_BITS - 1, (tap - 1) * PIXEL_BITS);
+            output(format!("taps_{i}"), (tap - 1) * pixel_bits, PIXEL_BITS);
         }
         for (i, lines) in self._lines.iter().enumerate() {
-            let end = add(format!("x_{i}"), STATE_BITS, *lines);
-            outputs += &format!("  y_{i} = column[{}:{}];\n", end - 1, end - STATE_BITS);
+            let end = add(format!("x_{i}"), state_bits, *lines);
+            output(format!("y_{i}"), end - state_bits, STATE_BITS);
         }
         words.reverse();
-        Verilog::Custom(format!(
+        let text = format!(
             "// module: column_memory
 reg [{top}:0] memory [0:LINE_WORDS-1];
 reg [{top}:0] column;
@@ -209,6 +228,7 @@ always @(*) begin
 ",
             words.join(",\n      "),
             top = from - 1,
-        ))
+        );
+        Verilog::Custom(text + &protected(from, &checked.join(",\n    ")))
     }
 }

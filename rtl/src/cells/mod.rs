@@ -19,6 +19,7 @@ pub mod csr;
 pub mod decision;
 pub mod delay;
 pub mod difference;
+pub mod flag;
 pub mod join;
 pub mod lerp;
 pub mod line_delay;
@@ -36,8 +37,8 @@ use rust_hdl::prelude::{Bits, Verilog};
 
 pub use crate::design::STATE_BITS;
 use crate::design::{
-    BANK_BITS, CANDIDATE_BITS, COEFFICIENT_BITS, COLUMN_BITS, DOG_BITS, HEIGHT_BITS, NEIGHBOURS_BITS, PIXEL_BITS,
-    PIXEL_ROWS_BITS, POINTS_BITS, POSITION_BITS, ROW_BITS, SIGNED_BITS, WIDTH_BITS,
+    BANK_BITS, CANDIDATE_BITS, COEFFICIENT_BITS, COLUMN_BITS, DOG_BITS, HEIGHT_BITS, NEIGHBOURS_BITS, PARITY,
+    PIXEL_BITS, PIXEL_ROWS_BITS, POINTS_BITS, POSITION_BITS, ROW_BITS, SIGNED_BITS, WIDTH_BITS,
 };
 
 /// A camera sample.
@@ -89,12 +90,13 @@ pub type Fields = Bits<BANK_BITS>;
 pub type Candidate = Bits<CANDIDATE_BITS>;
 
 /// The families: the name of the module, and its file.
-const FAMILIES: [(&str, &str); 8] = [
+const FAMILIES: [(&str, &str); 9] = [
     ("delay", include_str!("delay.v")),
     ("flag_delay", include_str!("flag_delay.v")),
     ("pulse_delay", include_str!("pulse_delay.v")),
     ("frame_delay", include_str!("frame_delay.v")),
     ("line_delay", include_str!("line_delay.v")),
+    ("line_delay_parity", include_str!("line_delay_parity.v")),
     ("row_look_back_border", include_str!("row_look_back_border.v")),
     ("row_look_ahead_border", include_str!("row_look_ahead_border.v")),
     ("window_maximum", include_str!("window_maximum.v")),
@@ -109,6 +111,50 @@ pub(crate) fn family(name: &str) -> Option<&'static str> {
 fn of_family(name: &str, parameters: &[(&str, String)]) -> Verilog {
     let parameters: String = parameters.iter().map(|(name, value)| format!(" {name}={value}")).collect();
     Verilog::Custom(format!("// family: {name}{parameters}\n"))
+}
+
+/// A memory and the register of its output, if it has one in `column`, are 0 at the start of a simulation, as a block
+/// memory is after configuration: words that were never written are even. Empty in a design without protection.
+fn zeroed(bits: usize, words: impl std::fmt::Display, column: &str) -> String {
+    if PARITY == 0 {
+        return String::new();
+    }
+    let column = if column.is_empty() { String::new() } else { format!("  {column} = {{({bits}){{1'b0}}}};\n") };
+    format!(
+        "
+`ifndef SYNTHESIS
+// A block memory and its output register are 0 after configuration.
+integer entry;
+initial begin
+  for (entry = 0; entry < {words}; entry = entry + 1)
+    memory[entry] = {{({bits}){{1'b0}}}};
+{column}end
+`endif
+"
+    )
+}
+
+/// The check of a line memory whose word of so many bits was read into `column`: `odd` lists the parities of the
+/// samples at the outputs. Empty in a design without protection.
+fn protected(bits: usize, odd: &str) -> String {
+    if PARITY == 0 {
+        return String::new();
+    }
+    format!(
+        "{}
+// Each sample has a parity bit above it.
+wire [{top}:0] odd = {{
+    {odd}
+}};
+initial upset = 1'b0;
+
+always @(posedge clock)
+  if (advance)
+    upset <= |odd;
+",
+        zeroed(bits, "LINE_WORDS", "column"),
+        top = odd.matches('^').count() - 1,
+    )
 }
 
 /// So many zeros in Verilog.

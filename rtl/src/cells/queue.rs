@@ -2,16 +2,19 @@
 //!
 //! A candidate is found 15 lines and some steps before its ring is complete. Delaying all responses that long would
 //! take 45 memories of 10 Kbit. Candidates are rare, so they wait in a queue and are matched by their position.
+//!
+//! In a protected design a candidate has a parity bit. One with a flipped bit is dropped at the head of the queue: at a
+//! wrong position it would wait for ever, and all others behind it.
 
 use std::collections::VecDeque;
 
 use rust_hdl::prelude::*;
 
 use super::record_fifo::RESERVED;
-use super::{Candidate, Column, FourNeighbours, PixelPosition, Response, Row, SignedResponse};
+use super::{Candidate, Column, FourNeighbours, PixelPosition, Response, Row, SignedResponse, flag::Flag, zeroed};
 use crate::design::{
-    CANDIDATE_QUEUE, CENTRES_AT, COLUMN_BITS, DOG_BITS, HITS_AT, NEIGHBOURS_AT, NEIGHBOURS_BITS, POSITION_BITS,
-    SCALE_PAIRS, SIGNED_BITS,
+    CANDIDATE_BITS, CANDIDATE_QUEUE, CENTRES_AT, COLUMN_BITS, DOG_BITS, HITS_AT, NEIGHBOURS_AT, NEIGHBOURS_BITS,
+    PARITY, POSITION_BITS, SCALE_PAIRS, SIGNED_BITS,
 };
 
 /// Returns the texts of all scale pairs with `between` between them.
@@ -112,6 +115,8 @@ pub struct CandidateQueue {
     pub centre: [Signal<Out, Response>; SCALE_PAIRS],
     /// Features dropped because the queue was full, one step later.
     pub dropped: Signal<Out, Bits<2>>,
+    /// A candidate with a flipped bit was at the head, one step later.
+    pub upset: Flag<Out>,
     _memory: VecDeque<Candidate>,
     _next: Option<Candidate>,
     _head: Option<Candidate>,
@@ -119,6 +124,7 @@ pub struct CandidateQueue {
 
 impl Logic for CandidateQueue {
     fn update(&mut self) {
+        self.upset.next = false;
         if !self.clock.pos_edge() {
             return;
         }
@@ -165,22 +171,23 @@ impl Logic for CandidateQueue {
         self.candidate.connect();
         self.centre.iter_mut().for_each(|centre| centre.connect());
         self.dropped.connect();
+        self.upset.connect();
     }
 
     fn hdl(&self) -> Verilog {
         let text = "\
 // module: candidate_queue
-reg [CANDIDATE_BITS-1:0] memory [0:LAST];
+reg [WORD_TOP:0] memory [0:LAST];
 reg [ADDRESS]   write_address;
 reg [ADDRESS]   read_address;
 reg [COUNT]   waiting;
-reg [CANDIDATE_BITS-1:0] next;
+reg [WORD_TOP:0] next;
 reg         next_valid;
-reg [CANDIDATE_BITS-1:0] head;
+reg [WORD_TOP:0] head;
 reg         head_valid;
 
-wire fits   = active & head_valid & (head[POSITION_BITS-1:0] == {y, x});
-wire take_head = ~head_valid | fits;
+ODDwire fits   = active & head_valid & SOUND(head[POSITION_BITS-1:0] == {y, x});
+wire take_head = ~head_valid | fitsOR_ODD;
 wire take_next = ~next_valid | take_head;
 wire not_empty      = waiting != NONE;
 wire full      = waiting[FULL];
@@ -196,7 +203,7 @@ always @(posedge clock)
     head_valid  <= 1'b0;
     found       <= 1'b0;
     dropped     <= 2'd0;
-  end else if (advance) begin
+NO_UPSET  end else if (advance) begin
     write_address <= write_address + {PAD_ADDRESS, push};
     read_address  <= read_address + {PAD_ADDRESS, pop};
     waiting     <= waiting + {PAD_COUNT, push} - {PAD_COUNT, pop};
@@ -206,7 +213,7 @@ always @(posedge clock)
       head_valid <= next_valid;
     found   <= fits;
     dropped <= full ? HITS : 2'd0;
-  end
+UPSET  end
 
 always @(posedge clock)
   if (advance & take_next)
@@ -214,16 +221,39 @@ always @(posedge clock)
 
 always @(posedge clock)
   if (advance & push)
-    memory[write_address] <= word;
+    memory[write_address] <= STORED;
 
 always @(posedge clock)
   if (advance) begin
     if (take_head)
       head <= next;
-    candidate <= head;
+    candidate <= CANDIDATE;
 CENTRES  end
 ";
-        let text = with_depth(text, CANDIDATE_QUEUE)
+        // In the order in which no name is part of a later one.
+        let parts = match PARITY {
+            0 => [
+                ("NO_UPSET", ""),
+                ("OR_ODD", ""),
+                ("UPSET", ""),
+                ("ODD", ""),
+                ("SOUND", ""),
+                ("STORED", "word"),
+                ("CANDIDATE;", "head;"),
+            ],
+            _ => [
+                ("NO_UPSET", "    upset     <= 1'b0;\n"),
+                ("OR_ODD", " | odd"),
+                ("UPSET", "    upset <= odd;\n"),
+                ("ODD", "// A parity bit is above each candidate.\nwire odd    = head_valid & (^head);\n"),
+                ("SOUND", "~odd & "),
+                ("STORED", "{^word, word}"),
+                ("CANDIDATE;", "head[CANDIDATE_BITS-1:0];"),
+            ],
+        };
+        let text = parts.iter().fold(text.to_owned(), |text, (name, part)| text.replace(name, part));
+        let text = with_depth(&text, CANDIDATE_QUEUE)
+            .replace("WORD_TOP", &(CANDIDATE_BITS + PARITY - 1).to_string())
             .replace("ANY_HIT", &of_pairs(|k| format!("word[{}]", HITS_AT + k), " | "))
             .replace("HITS", &of_pairs(|k| format!("{{1'b0, word[{}]}}", HITS_AT + k), " + "))
             .replace(
@@ -236,6 +266,6 @@ CENTRES  end
                     "",
                 ),
             );
-        Verilog::Custom(text)
+        Verilog::Custom(text + &zeroed(CANDIDATE_BITS + PARITY, CANDIDATE_QUEUE, ""))
     }
 }

@@ -1,11 +1,15 @@
 //! The record FIFO between the extractor and the feature stream.
+//!
+//! In a protected design a record has a parity bit, and the trailer behind a record with a flipped bit says so. The
+//! flipped bit may be the one that makes a record a trailer, so the trailer after it says so, too.
 
 use std::collections::VecDeque;
 
 use rust_hdl::prelude::*;
 
 use super::queue::with_depth;
-use crate::design::{RECORD_BITS, RECORD_FIFO};
+use super::{flag::Flag, zeroed};
+use crate::design::{PARITY, RECORD_BITS, RECORD_FIFO};
 
 /// FIFO entries reserved for trailers: features are dropped, trailers never are.
 pub const RESERVED: usize = 16;
@@ -35,6 +39,8 @@ pub struct RecordFifo {
     pub start_of_packet: Signal<Out, Bit>,
     /// Last of its packet, the trailer.
     pub end_of_packet: Signal<Out, Bit>,
+    /// A record with a flipped bit was read, one clock later.
+    pub upset: Flag<Out>,
     _memory: VecDeque<Bits<RECORD_BITS>>,
     _next: Option<Bits<RECORD_BITS>>,
     _first: bool,
@@ -73,6 +79,7 @@ impl Logic for RecordFifo {
         }
         self.start_of_packet.next = !self._first;
         self.end_of_packet.next = self.data.val().get_bit(63);
+        self.upset.next = false;
     }
 
     fn connect(&mut self) {
@@ -82,16 +89,17 @@ impl Logic for RecordFifo {
         self.data.connect();
         self.start_of_packet.connect();
         self.end_of_packet.connect();
+        self.upset.connect();
     }
 
     fn hdl(&self) -> Verilog {
         let text = "\
 // module: record_fifo
-reg [RECORD_BITS-1:0] memory [0:LAST];
+reg [WORD_TOP:0] memory [0:LAST];
 reg [ADDRESS]   write_address;
 reg [ADDRESS]   read_address;
 reg [COUNT]   waiting;
-reg [RECORD_BITS-1:0] next;
+reg [WORD_TOP:0] next;
 reg         next_valid;
 reg         in_packet;
 
@@ -100,7 +108,7 @@ wire take_next = ~next_valid | take_data;
 wire not_empty      = waiting != NONE;
 wire pop       = take_next & not_empty;
 wire [COUNT] after = waiting + {PAD_COUNT, write} - {PAD_COUNT, pop};
-
+CHECK
 always @(posedge clock)
   if (reset) begin
     write_address <= FIRST;
@@ -111,7 +119,7 @@ always @(posedge clock)
     in_packet      <= 1'b0;
     room        <= 1'b1;
     stall        <= 1'b0;
-  end else begin
+NO_UPSET  end else begin
     write_address <= write_address + {PAD_ADDRESS, write};
     read_address  <= read_address + {PAD_ADDRESS, pop};
     waiting     <= after;
@@ -123,7 +131,7 @@ always @(posedge clock)
       valid <= next_valid;
     if (valid & ready)
       in_packet <= ~end_of_packet;
-  end
+UPSET  end
 
 always @(posedge clock)
   if (take_next)
@@ -131,17 +139,49 @@ always @(posedge clock)
 
 always @(posedge clock)
   if (write)
-    memory[write_address] <= record;
+    memory[write_address] <= STORED;
 
 always @(posedge clock)
   if (take_data)
-    data <= next;
+    data <= SENT;
 
 always @(*) begin
   start_of_packet = ~in_packet;
   end_of_packet   = data[63];
 end
 ";
-        Verilog::Custom(with_depth(text, RECORD_FIFO))
+        // In the order in which no name is part of a later one.
+        let parts = match PARITY {
+            0 => [("CHECK", ""), ("NO_UPSET", ""), ("UPSET", ""), ("STORED", "record"), ("SENT", "next")],
+            _ => [
+                (
+                    "CHECK",
+                    "
+// A parity bit is above each record. So many trailers are still to be marked.
+reg [1:0]   marks;
+wire read   = take_data & next_valid;
+wire odd    = ^next;
+wire marked = next[63] & (odd | (marks != 2'd0));
+",
+                ),
+                ("NO_UPSET", "    marks       <= 2'd0;\n    upset     <= 1'b0;\n"),
+                (
+                    "UPSET",
+                    "    upset <= read & odd;
+    if (read) begin
+      if (odd)
+        marks <= 2'd2;
+      else if (next[63] & (marks != 2'd0))
+        marks <= marks - 2'd1;
+    end
+",
+                ),
+                ("STORED", "{^record, record}"),
+                ("SENT", "{next[RECORD_BITS-1:37], next[36] | marked, next[35:0]}"),
+            ],
+        };
+        let text = parts.iter().fold(text.to_owned(), |text, (name, part)| text.replace(name, part));
+        let text = with_depth(&text, RECORD_FIFO).replace("WORD_TOP", &(RECORD_BITS + PARITY - 1).to_string());
+        Verilog::Custom(text + &zeroed(RECORD_BITS + PARITY, RECORD_FIFO, ""))
     }
 }

@@ -1,13 +1,17 @@
 //! The record writer: candidates with their rings become records, and a trailer ends each frame.
 
+use hoverlock_registers::record::ERROR_UPSET;
 use rust_hdl::prelude::*;
 
 use super::queue::concatenated;
-use super::{Candidate, Response, low, zeros};
+use super::{Candidate, Response, flag::Flag, low, zeros};
 use crate::design::{
-    CENTRES_AT, COLUMN_BITS, DOG_BITS, HITS_AT, NEIGHBOURS_AT, NEIGHBOURS_BITS, POSITION_BITS, RECORD_BITS, ROW_BITS,
-    SCALE_PAIRS, SIGNED_BITS,
+    CENTRES_AT, COLUMN_BITS, DOG_BITS, HITS_AT, NEIGHBOURS_AT, NEIGHBOURS_BITS, PARITY, POSITION_BITS, RECORD_BITS,
+    ROW_BITS, SCALE_PAIRS, SIGNED_BITS,
 };
+
+/// Trailers that an upset marks.
+const MARKED_FRAMES: u64 = 3;
 
 /// From candidates with their rings to records, and the trailer that ends a frame.
 ///
@@ -15,6 +19,9 @@ use crate::design::{
 /// it finds none for three steps. So two pairs never collide: after a pixel that both found comes none. Of three pairs
 /// two may find a pixel and the third the next one: that candidate is held until the records before it are written, and
 /// none comes while one is held.
+///
+/// In a protected design a flipped bit marks the trailers of the frames that may have read it. At most three frames are
+/// in the pipeline: a frame has 64 lines at least, and the pipeline 82 at most.
 #[derive(LogicBlock, Default)]
 pub struct RecordWriter {
     /// Clock: registers sample at its rising edge.
@@ -46,6 +53,8 @@ pub struct RecordWriter {
     pub threshold: [Signal<In, Response>; SCALE_PAIRS],
     /// The FIFO accepts features.
     pub room: Signal<In, Bit>,
+    /// A flipped bit was read.
+    pub upset: Flag<In>,
     /// Write `record`.
     pub write: Signal<Out, Bit>,
     /// Record.
@@ -67,6 +76,8 @@ pub struct RecordWriter {
     /// Features of the frame withheld because of the record limit.
     _withheld: u64,
     _thresholds: [u64; SCALE_PAIRS],
+    /// Trailers that are still to be marked after an upset.
+    _marks: u64,
 }
 
 /// A candidate whose ring bits are there.
@@ -92,6 +103,11 @@ impl RecordWriter {
             self.count.next = ((keep(count) + u64::from(taken)) & 0xf_ffff).into();
             self.dropped.next = ((keep(dropped) + self.lost.val().to_u64() + u64::from(lost)) & 0xf_ffff).into();
             self._withheld = (keep(self._withheld) + self.over_limit.val().to_u64()) & 0xf_ffff;
+            if self.upset.val() {
+                self._marks = MARKED_FRAMES;
+            } else if end_now {
+                self._marks = self._marks.saturating_sub(1);
+            }
             self.frames.next = ((self.frames.val().to_u64() + u64::from(done)) & 0xffff_ffff).into();
             self.write.next = taken || end_now;
             self.done.next = end_now;
@@ -126,7 +142,7 @@ impl RecordWriter {
         }
         if self.reset.val() {
             (self._waits, self._now.hits, self._held.hits, self._trailer) = (false, 0, 0, false);
-            self._withheld = 0;
+            (self._withheld, self._marks) = (0, 0);
             self.write.next = false;
             self.done.next = false;
             self.count.next = 0u64.into();
@@ -160,7 +176,8 @@ impl RecordWriter {
         let layout = if SCALE_PAIRS > 2 { 0x9000 } else { 0x8000 };
         let mut words = [0; RECORD_BITS / 32];
         words[0] = self.frames.val().to_u64();
-        words[1] = layout << 16 | self.errors.val().to_u64();
+        let marked = self.upset.val() || self._marks != 0;
+        words[1] = layout << 16 | u64::from(marked) * u64::from(ERROR_UPSET) | self.errors.val().to_u64();
         (words[2], words[3], words[6]) = (count, dropped, self._withheld);
         for (k, threshold) in self._thresholds.iter().enumerate() {
             words[4 + k / 2] |= threshold << (16 * (k % 2));
@@ -201,7 +218,7 @@ reg [CANDIDATE_BITS-1:0] waiting;
 reg [HIT_TOP:0]   hits;
 reg [CANDIDATE_BITS-1:0] now;
 reg [RING_TOP:0] ring_bits;
-HELDreg         trailer;
+HELDMARKSreg         trailer;
 reg [19:0]  withheld;
 reg [THRESHOLDS_TOP:0]  thresholds;
 
@@ -214,7 +231,7 @@ wire [31:0]  response = {FLAGS, DOG_PAD, centre[DOG_BITS-1:0]};
 wire [63:0]  cardinal = {DOG_PAD, neighbours[4*DOG_BITS-1:3*DOG_BITS], DOG_PAD, neighbours[3*DOG_BITS-1:2*DOG_BITS],
                          DOG_PAD, neighbours[2*DOG_BITS-1:DOG_BITS], DOG_PAD, neighbours[DOG_BITS-1:0]};
 wire [RECORD_TOP:0] trailer_record = {RESERVED, 12'd0, withheld, NO_THRESHOLDS, THRESHOLDS,
-                        12'd0, dropped, 12'd0, count, LAYOUT, 12'd0, errors, frames};
+                        12'd0, dropped, 12'd0, count, LAYOUT, ERROR_BITS, frames};
 
 always @(posedge clock)
   if (reset) begin
@@ -226,7 +243,7 @@ always @(posedge clock)
     count   <= 20'd0;
     dropped <= 20'd0;
     withheld <= 20'd0;
-    frames  <= 32'd0;
+NO_MARKS    frames  <= 32'd0;
   end else if (advance) begin
     waits <= found;
 NEXT_HITS    trailer <= frame_end | (trailer & ~end_now);
@@ -235,7 +252,7 @@ NEXT_HITS    trailer <= frame_end | (trailer & ~end_now);
     count   <= done ? {19'd0, feature & room} : count + {19'd0, feature & room};
     dropped <= (done ? 20'd0 : dropped) + {18'd0, lost} + {19'd0, feature & ~room};
     withheld <= (done ? 20'd0 : withheld) + {18'd0, over_limit};
-    frames  <= frames + {31'd0, done};
+NEXT_MARKS    frames  <= frames + {31'd0, done};
   end
 
 always @(posedge clock)
@@ -316,7 +333,24 @@ fn writer_parts() -> Vec<(&'static str, String)> {
         3 => "reg [2:0]   held_hits;\nreg [CANDIDATE_BITS-1:0] held;\nreg [191:0] held_bits;\n",
         _ => "",
     };
+    let (marks, errors, no_marks, next_marks) = match PARITY {
+        0 => ("", "12'd0, errors".to_owned(), "", String::new()),
+        _ => (
+            "// So many trailers are still to be marked after an upset.\nreg [1:0]   marks;\n\
+             wire        marked = upset | (marks != 2'd0);\n",
+            "11'd0, marked, errors".to_owned(),
+            "    marks   <= 2'd0;\n",
+            format!(
+                "    if (upset)\n      marks <= 2'd{MARKED_FRAMES};\n    else if (end_now & (marks != 2'd0))\n      \
+                 marks <= marks - 2'd1;\n"
+            ),
+        ),
+    };
     vec![
+        ("NO_MARKS", no_marks.into()),
+        ("NEXT_MARKS", next_marks),
+        ("MARKS", marks.into()),
+        ("ERROR_BITS", errors),
         ("HELD", held.into()),
         ("HIT_TOP", (pairs - 1).to_string()),
         ("RING_TOP", (64 * pairs - 1).to_string()),

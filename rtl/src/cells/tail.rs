@@ -10,8 +10,8 @@
 
 use rust_hdl::prelude::*;
 
-use super::{Address, Pixel, Width, low};
-use crate::design::{BANDS, COLUMN_BITS, LINE_WORDS, LOOK_AHEAD, MAX_LOOK_AHEAD};
+use super::{Address, Pixel, Width, flag::Flag, low, protected};
+use crate::design::{BANDS, COLUMN_BITS, LINE_WORDS, LOOK_AHEAD, MAX_LOOK_AHEAD, PARITY, PIXEL_BITS};
 
 /// Returns for each row that may lie outside the frame the lines `k`, `K` of the module documentation: three rows for
 /// each different look-ahead, the shortest first, then the stages from `j = 0`.
@@ -130,6 +130,8 @@ pub struct HeldRow {
     pub x: Signal<In, Pixel>,
     /// The pixel of the last row in the column of `x`.
     pub y: Signal<Out, Pixel>,
+    /// A pixel with a flipped bit was read, one step later.
+    pub upset: Flag<Out>,
     _memory: Vec<Pixel>,
 }
 
@@ -143,6 +145,7 @@ impl Default for HeldRow {
             write_address: Signal::default(),
             x: Signal::default(),
             y: Signal::default(),
+            upset: Default::default(),
             _memory: vec![Pixel::default(); LINE_WORDS],
         }
     }
@@ -156,13 +159,33 @@ impl Logic for HeldRow {
                 self._memory[self.write_address.val().index()] = self.x.val();
             }
         }
+        self.upset.next = false;
     }
 
     fn connect(&mut self) {
         self.y.connect();
+        self.upset.connect();
     }
 
     fn hdl(&self) -> Verilog {
+        if PARITY > 0 {
+            let text = "\
+// module: held_row
+reg [PIXEL_BITS:0] memory [0:LINE_WORDS-1];
+reg [PIXEL_BITS:0] column;
+
+always @(posedge clock)
+  if (advance) begin
+    column <= memory[address];
+    if (write)
+      memory[write_address] <= {^x, x};
+  end
+
+always @(*)
+  y = column[PIXEL_BITS-1:0];
+";
+            return Verilog::Custom(text.to_owned() + &protected(PIXEL_BITS + 1, "^column"));
+        }
         Verilog::Custom(
             "\
 // module: held_row

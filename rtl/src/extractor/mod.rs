@@ -21,6 +21,7 @@ use crate::cells::{
     Fields, Height, Pixel, Response, Width,
     decision::{Decision, Eligible},
     delay::{Cursor, Delay, FlagDelay, FrameDelay},
+    flag::Flag,
     join::RingRows,
     line_delay::LineDelay,
     queue::{CandidateQueue, CandidateWord},
@@ -30,7 +31,8 @@ use crate::cells::{
     threshold::Threshold,
 };
 use crate::design::{
-    DOG_BITS, OLDER_BITS, PIXEL_BITS, RECORD_BITS, RECORD_LIMIT_AT, RING_BITS, SCALE_PAIRS, SIGNED_BITS, TARGET_AT,
+    DOG_BITS, OLDER_BITS, PARITY, PIXEL_BITS, RECORD_BITS, RECORD_LIMIT_AT, RING_BITS, SCALE_PAIRS, SIGNED_BITS,
+    TARGET_AT,
 };
 
 // A pair `k` subtracts `wide` from `narrow` and has its threshold at `threshold_at` in a bank. The lines of a ring are
@@ -64,6 +66,8 @@ pub struct Extractor {
     pub errors: Signal<In, Bits<4>>,
     /// The FIFO accepts features.
     pub room: Signal<In, Bit>,
+    /// A bit of `frame_bank` has flipped.
+    pub bank_upset: Flag<In>,
     /// Write `record` in this cycle.
     pub write: Signal<Out, Bit>,
     /// Output record.
@@ -80,6 +84,8 @@ pub struct Extractor {
     pub saturated: Signal<Out, Bit>,
     /// Thresholds `T_k` in use.
     pub threshold: [Signal<Out, Response>; SCALE_PAIRS],
+    /// A flipped bit was read.
+    pub upset: Flag<Out>,
     pixels: Delay<PIXEL_BITS>,
     smoothers: Smoothers,
     response_start: FlagDelay,
@@ -101,6 +107,8 @@ pub struct Extractor {
     ring_taps: [RingTaps<RING_BITS>; SCALE_PAIRS],
     ring: [RingComparator; SCALE_PAIRS],
     writer: RecordWriter,
+    window_upset: Flag<Local>,
+    ring_upset: Flag<Local>,
 }
 
 impl Default for Extractor {
@@ -116,6 +124,7 @@ impl Default for Extractor {
             frame_bank: Signal::default(),
             errors: Signal::default(),
             room: Signal::default(),
+            bank_upset: Default::default(),
             write: Signal::default(),
             record: Signal::default(),
             done: Signal::default(),
@@ -124,6 +133,7 @@ impl Default for Extractor {
             frames: Signal::default(),
             saturated: Signal::default(),
             threshold: Default::default(),
+            upset: Default::default(),
             pixels: Delay::new(1),
             smoothers: Smoothers::default(),
             response_start: FlagDelay::new(2),
@@ -145,6 +155,8 @@ impl Default for Extractor {
             ring_taps: std::array::from_fn(RingTaps::new),
             ring: Default::default(),
             writer: RecordWriter::default(),
+            window_upset: Default::default(),
+            ring_upset: Default::default(),
         }
     }
 }
@@ -317,6 +329,14 @@ impl Logic for Extractor {
         self.writer.take.next = self.ring_cursor.first_row.val() & self.ring_cursor.last_column.val();
         $(self.writer.threshold[$k].next = self.controller[$k].threshold.val();)*
         self.writer.room.next = self.room.val();
+        for _flag in 0..PARITY {
+            self.window_upset.next = $(self.scale_pair[$k].upset.val())|*;
+            self.ring_upset.next =
+                self.queue.upset.val() $(| self.$narrow_lines.upset.val())* $(| self.$ring_lines.upset.val())*;
+            self.upset.next =
+                self.bank_upset.val() | self.smoothers.upset.val() | self.window_upset.val() | self.ring_upset.val();
+            self.writer.upset.next = self.upset.val();
+        }
         self.write.next = self.writer.write.val() & self.advance.val();
         self.record.next = self.writer.record.val();
         self.done.next = self.writer.done.val() & self.advance.val();

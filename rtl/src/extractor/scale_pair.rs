@@ -6,11 +6,12 @@ use crate::cells::{
     Address, FourNeighbours, Response, State,
     delay::{Delay, FlagDelay},
     difference::Difference,
+    flag::Flag,
     join::{Neighbours, SignedResponse},
     line_delay::LineDelay,
     maximum::{ColumnMaximum, Maximum, WindowMaximum},
 };
-use crate::design::{DOG_BITS, SIGNED_BITS, WINDOW_BITS};
+use crate::design::{DOG_BITS, PARITY, SIGNED_BITS, WINDOW_BITS};
 
 /// Difference, 7x7 window and MaxDOG of one scale pair.
 #[derive(LogicBlock)]
@@ -45,6 +46,8 @@ pub struct ScalePair {
     pub neighbours: Signal<Out, FourNeighbours>,
     /// MaxDOG with the sign of its centre above it, two lines and ten steps later.
     pub ring: Signal<Out, Bits<SIGNED_BITS>>,
+    /// A response with a flipped bit was read.
+    pub upset: Flag<Out>,
     difference: Difference,
     signed_response: SignedResponse,
     lines: LineDelay<SIGNED_BITS, WINDOW_BITS>,
@@ -85,6 +88,7 @@ impl Default for ScalePair {
             centre: Signal::default(),
             neighbours: Signal::default(),
             ring: Signal::default(),
+            upset: Default::default(),
             difference: Difference::default(),
             signed_response: SignedResponse::default(),
             lines: LineDelay::new(&[1, 2, 3, 4, 5, 6]),
@@ -202,5 +206,8 @@ impl Logic for ScalePair {
         self.ring_sample.magnitude.next = self.max_dog.y.val();
         self.ring_sample.positive.next = self.sign.y.val();
         self.ring.next = self.ring_sample.y.val();
+        for _flag in 0..PARITY {
+            self.upset.next = self.lines.upset.val();
+        }
     }
 }

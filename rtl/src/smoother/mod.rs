@@ -83,6 +83,8 @@ macro_rules! smoother {
             pub y: Signal<Out, State>,
             /// Marker one step before the first smoothed sample of a frame.
             pub start_out: Signal<Out, Bit>,
+            /// A state with a flipped bit was read.
+            pub upset: Flag<Out>,
             pixel_state: [PixelState; 4],
             first_coefficient: CoefficientRegister,
             first_stage: [Lerp; 2],
@@ -126,6 +128,7 @@ macro_rules! smoother {
                     g_j: std::array::from_fn(|_| Signal::default()),
                     y: Signal::default(),
                     start_out: Signal::default(),
+                    upset: Default::default(),
                     pixel_state: Default::default(),
                     first_coefficient: CoefficientRegister::default(),
                     first_stage: Default::default(),
@@ -273,6 +276,9 @@ macro_rules! smoother {
                 self.row_start.advance.next = self.advance.val();
                 self.row_start.x.next = self.row_look_ahead[$m - 1].loads.val();
                 self.start_out.next = self.row_start.y.val();
+                for _flag in 0..PARITY {
+                    self.upset.next = self.recursion_memory.upset.val();
+                }
             }
         }
     };
