@@ -41,7 +41,7 @@ pub enum Reason {
     /// The feature with this index is outside the frame.
     #[error("feature {0} lies outside the frame")]
     Outside(usize),
-    /// The hardware reports the frame as short, long, interrupted or refused, with these error bits.
+    /// The hardware reports the frame as damaged, with these error bits of its trailer.
     #[error("the hardware reports a damaged frame, error bits 0x{0:04x}")]
     Damaged(u16),
     /// The telemetry of the frame was not received before the next frame.

@@ -233,7 +233,7 @@ const THRESHOLDS: [RecordField; MAX_PAIRS] = [trailer::THRESHOLD_0, trailer::THR
 pub struct Trailer {
     /// Frame number: frames finished since reset.
     pub frame: u32,
-    /// Error bits, as in the register `status`.
+    /// Error bits, `ERROR_..` of [`hoverlock_registers::record`]. With any of them the features are unusable.
     pub errors: u16,
     /// Features in the packet.
     pub count: u32,

@@ -10,7 +10,7 @@
 
 use crate::arinc429::{self, Camera as Addressee, Control, WordError};
 use crate::framing::RawMessage;
-use crate::hardware::{self, Fpga, HardwareError, Size, registers};
+use crate::hardware::{self, Fpga, HardwareError, Size};
 use crate::line::{Estimate, Line, Reason, Status};
 use crate::message::{self, Command, Frame, Inertial, MessageError, Registers, Telemetry};
 use crate::tracker::Tracker;
@@ -48,12 +48,6 @@ const WIDE_VIEW_DEGREES: f64 = 50.0;
 /// Field of view after [`Command::Narrow`]. The camera reaches 5.4 degrees, but there a tilt of 5 degrees would leave
 /// nothing of the reference in view.
 const NARROW_VIEW_DEGREES: f64 = 10.0;
-
-/// Error bits of a trailer with which the features of its frame are unusable.
-const DAMAGE_BITS: u32 = registers::STATUS_SHORT_FRAME
-    | registers::STATUS_INTERRUPTED
-    | registers::STATUS_REFUSED
-    | registers::STATUS_LONG_FRAME;
 
 /// The counters that the program prints when it ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -270,7 +264,7 @@ impl Navigator {
     /// Unpacks the features of a frame into `current`.
     fn unpack_features(&mut self, frame: &Frame<'_>, line: &mut Line) -> Result<(), Reason> {
         let size = self.size.ok_or(Reason::Registers)?;
-        if u32::from(frame.trailer.errors) & DAMAGE_BITS != 0 {
+        if frame.trailer.errors != 0 {
             return Err(Reason::Damaged(frame.trailer.errors));
         }
         let Self { records, current, .. } = self;

@@ -395,6 +395,22 @@ fn every_frame_without_an_estimate_has_its_reason() {
     assert_eq!(texts.len(), 6);
 }
 
+/// The bits of a trailer are not at the places of the same errors in the register `status`.
+#[test]
+fn a_frame_with_any_error_bit_is_refused() {
+    for bit in 0..16 {
+        let errors = 1 << bit;
+        let mut source = stream(600, 2);
+        source.send(message::TELEMETRY, &telemetry(2).encode()).unwrap();
+        let frame = message::encode_frame(2, &records(600, 2), errors, message::Unsent::default(), &[2000, 2000]);
+        source.send(message::FRAME, &frame).unwrap();
+        let last = lines(&source).pop().unwrap();
+        assert_eq!((last.frame, last.reason, last.estimate), (Some(2), Some(Reason::Damaged(errors)), None));
+    }
+    use hoverlock_registers::record::{ERROR_INTERRUPTED, ERROR_LONG_FRAME, ERROR_SHORT_FRAME};
+    assert_eq!([ERROR_SHORT_FRAME, ERROR_LONG_FRAME, ERROR_INTERRUPTED], [1, 2, 4], "as docs/algorithm.md says");
+}
+
 #[test]
 fn another_fpga_is_refused() {
     let mut source = stream(10, 1);
