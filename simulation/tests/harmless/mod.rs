@@ -37,6 +37,8 @@ const UNUSED: u32 = 16;
 const FLAG: u32 = 17;
 /// What the record limit counts before row 17 of a frame.
 const ABOVE: u32 = 21;
+/// The held row in place of the last row.
+const LAST_ROW: u32 = 23;
 const POSITION: &str = "the address of a circular memory may begin anywhere";
 const ROWS: &str = "what a reset leaves in the rows has left them within 64 steps";
 const COUNTS: &str = "no frame has 2^19 features: 2^21 pixels, one maximum in 16 at most, two scale pairs";
@@ -101,6 +103,14 @@ const HARMLESS: &[Harmless] = &[
         By("unset_registers"),
     ),
     ("tail_counter", RESETS, "10'd0", "x", "x is set as the tail begins, before it counts", By("unset_registers")),
+    (
+        "tail_counter",
+        &[Kind::Comparison],
+        "(line > ",
+        "(line >= ",
+        "in that line the late row is the last row, of which the held row is a copy",
+        Hole(LAST_ROW),
+    ),
     ("extractor", &[Kind::Width], "writer_count", "", COUNTS, Hole(UNUSED)),
     ("extractor", &[Kind::Width], "writer_dropped", "", COUNTS, Hole(UNUSED)),
     ("hoverlock_core", &[Kind::Width, Kind::Stuck], "extractor_count", "<< 19", COUNTS, Hole(UNUSED)),
