@@ -165,7 +165,7 @@ pub static KEYS: [Key; 16] = [
     Key {
         name: "protection",
         unit: "kind",
-        meaning: "What block memories keep besides the data. It changes no record; upsets mark the frames that read them.",
+        meaning: "What block memories keep besides the data. It changes no record; a flipped bit marks its frame.",
         kind: named!(Protection, protection),
     },
 ];

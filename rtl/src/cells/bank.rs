@@ -43,7 +43,7 @@ impl Logic for Bank {
     }
 
     fn hdl(&self) -> Verilog {
-        if PARITY > 0 {
+        if PARITY == 1 {
             let text = "\
 // module: bank
 reg parity;

@@ -384,7 +384,7 @@ always @(*) begin
 end
 ",
             disturbing.join("\n  | "),
-            if PARITY > 0 { " | status_upset" } else { "" },
+            if PARITY == 1 { " | status_upset" } else { "" },
             (0..SCALE_PAIRS)
                 .rev()
                 .filter_map(|k| self.manual_threshold(k))

@@ -93,7 +93,7 @@ impl<const B: usize, const OUT: usize> Logic for LineDelay<B, OUT> {
             ("OUTPUTS", self._taps.len().to_string()),
             ("ADDRESS_BITS", COLUMN_BITS.to_string()),
         ];
-        of_family(if PARITY > 0 { "line_delay_parity" } else { "line_delay" }, &parameters)
+        of_family(if PARITY == 1 { "line_delay_parity" } else { "line_delay" }, &parameters)
     }
 }
 
@@ -184,7 +184,7 @@ impl<const TAPS: usize, const STAGES: usize> Logic for ColumnMemory<TAPS, STAGES
 
     fn hdl(&self) -> Verilog {
         // A sample with its parity bit above it.
-        let sealed = |input: String| if PARITY > 0 { format!("^{input}, {input}") } else { input };
+        let sealed = |input: String| if PARITY == 1 { format!("^{input}, {input}") } else { input };
         let mut from = 0;
         let (mut outputs, mut words, mut checked) = (String::new(), Vec::new(), Vec::new());
         let mut add = |input: String, bits: usize, lines: usize| {

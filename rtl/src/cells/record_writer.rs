@@ -177,7 +177,8 @@ impl RecordWriter {
         let mut words = [0; RECORD_BITS / 32];
         words[0] = self.frames.val().to_u64();
         let marked = self.upset.val() || self._marks != 0;
-        words[1] = layout << 16 | u64::from(marked) * u64::from(ERROR_UPSET) | self.errors.val().to_u64();
+        let upset = if marked { u64::from(ERROR_UPSET) } else { 0 };
+        words[1] = layout << 16 | upset | self.errors.val().to_u64();
         (words[2], words[3], words[6]) = (count, dropped, self._withheld);
         for (k, threshold) in self._thresholds.iter().enumerate() {
             words[4 + k / 2] |= threshold << (16 * (k % 2));

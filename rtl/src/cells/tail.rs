@@ -168,7 +168,7 @@ impl Logic for HeldRow {
     }
 
     fn hdl(&self) -> Verilog {
-        if PARITY > 0 {
+        if PARITY == 1 {
             let text = "\
 // module: held_row
 reg [PIXEL_BITS:0] memory [0:LINE_WORDS-1];
