@@ -250,7 +250,8 @@ fn shape(design: &DesignPoint) -> Result<Shape> {
 }
 
 /// Takes out the claims that are not stated for this Verilog, and returns their names: those for the default design
-/// only if the text is another one, and those about a file beside the folder that is not there.
+/// only if the text is another one, those about a module that the design does not have, and those about a file beside
+/// the folder that is not there.
 fn take_not_stated(args: &Args, claims: &mut Vec<Claim>, sources: &Path) -> Result<Vec<String>> {
     let originals = verilog(&KT27, None)?;
     let code = |path: &Path| {
@@ -261,7 +262,8 @@ fn take_not_stated(args: &Args, claims: &mut Vec<Claim>, sources: &Path) -> Resu
         let original = originals.iter().find(|path| path.ends_with(file));
         original.is_some_and(|original| code(original).is_some() && code(original) == code(&sources.join(file)))
     };
-    let is_there = |file: &String| !file.starts_with("../") || sources.join(file).is_file();
+    let may_lack = |file: &String| args.design.is_some() || file.starts_with("../");
+    let is_there = |file: &String| !may_lack(file) || sources.join(file).is_file();
     let is_stated = |claim: &Claim| {
         let is_about_design = args.design.is_none() || shipped::is_for_any_design(claim);
         claim.sources.iter().all(is_there) && (is_about_design || claim.sources.iter().all(is_same))
