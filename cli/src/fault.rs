@@ -1,10 +1,12 @@
 //! `hoverlock fault`: faults in registers and memories while the hardware runs, and what comes of them.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::{ValueEnum, ValueHint};
+use hoverlock_cosim::upsets::{Cost, HoverFrames};
 use hoverlock_design::{DesignPoint, MIN_SIDE};
 use hoverlock_fault::campaign::campaign;
 use hoverlock_fault::class::{Class, Counts, wilson};
@@ -31,18 +33,24 @@ use crate::progress::{LogLines, bar, spinning};
 ///
 /// Each fault is in one bit, drawn with the clock cycle from the seed; every bit is equally likely. A run with the
 /// fault is compared with the run without: masked, detected, recovered within a frame, silent, or hang. With a picture
-/// the hardware is Hoverlock's top, which takes --frames strips of the picture back to back; with --source it is any
-/// Verilog of one clock, its inputs random or from a table. Status 0 if all runs were made.
+/// the hardware is Hoverlock's top, which takes --frames strips of the picture back to back. With --scene its frames are
+/// those of a camera that moves over a scene of the simulator, and the flight program says what each fault costs. With
+/// --source it is any Verilog of one clock, its inputs random or from a table. Status 0 if all runs were made.
 ///
 /// Examples:
 ///   hoverlock fault aerial.png --upsets 2000 --table upsets.md
+///   hoverlock fault --scene field --config protection=parity --upsets 1000
 ///   hoverlock fault --source fifo.v --top fifo --upsets 5000 --detect overflow
 ///   hoverlock fault --source core.v --top core --stimulus in.csv --valid out_valid --kind stuck1
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Args {
     /// A picture of the ground for Hoverlock's top: its strips are the frames
-    #[arg(value_name = "IMAGE", required_unless_present = "source", conflicts_with = "source")]
+    #[arg(
+        value_name = "IMAGE",
+        required_unless_present_any = ["source", "scene"],
+        conflicts_with_all = ["source", "scene"]
+    )]
     image: Option<PathBuf>,
     /// Number of faults, each a run of its own
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
@@ -68,7 +76,7 @@ pub struct Args {
     /// Write the table as Markdown, with the command that made it
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     table: Option<PathBuf>,
-    /// One JSON object on stdout: kind seed cycles bits classes[] groups[] seconds
+    /// One JSON object on stdout: kind seed cycles bits classes[] groups[] cost seconds
     #[arg(long)]
     json: bool,
     #[command(flatten)]
@@ -80,6 +88,9 @@ pub struct Args {
 /// The options of Hoverlock's top.
 #[derive(clap::Args)]
 struct Own {
+    /// Frames of a camera that moves over this scene of the simulator, or scene file, in place of a picture's strips
+    #[arg(long, value_name = "NAME|FILE", conflicts_with = "source")]
+    scene: Option<String>,
     /// Frames of a run: a fault happens while the second enters
     #[arg(
         long,
@@ -95,7 +106,7 @@ struct Own {
         value_name = "N",
         default_value_t = MIN_SIDE,
         value_parser = clap::value_parser!(u32).range(i64::from(MIN_SIDE)..=2048),
-        conflicts_with = "source"
+        conflicts_with_all = ["source", "scene"]
     )]
     rows: u32,
     #[command(flatten)]
@@ -222,8 +233,26 @@ struct Report {
     bits: u64,
     classes: Vec<PerClass>,
     groups: Vec<Group>,
+    /// With a scene: what the faults cost the flight program.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cost: Option<Costs>,
     /// Wall time of the runs.
     seconds: f64,
+}
+
+/// What all faults cost the flight program.
+#[derive(Serialize)]
+struct Costs {
+    /// Frames that have an estimate without a fault, in one run.
+    estimates: usize,
+    /// Faults that change an estimate by more than a centimetre, or withhold one.
+    faults: usize,
+    /// Frames without an estimate because of a fault, of all runs.
+    withheld: usize,
+    /// Largest change of an estimate, m.
+    shift_m: f64,
+    /// Estimates further from the truth than their protection level, of all runs.
+    misleading: usize,
 }
 
 /// The runs of a class, and their share with its 95 % confidence interval.
@@ -244,37 +273,61 @@ pub fn run(args: &Args) -> Result<Verdict> {
             check_target(option, path, &[ending], &inputs)?;
         }
     }
-    match &args.image {
-        Some(image) => {
-            let upsets = own(&args.own, image)?;
-            let (frames, features, cycles) = (args.own.frames, upsets.features(), upsets.cycles());
-            let about = format!("{frames} frames, {features} features, {cycles} cycles a run");
-            let run = |fault: &Fault| upsets.run(fault).map_err(anyhow::Error::from);
-            report(args, &about, upsets.state(), upsets.window(), cycles, run)
+    let of_top = |upsets: &Upsets| {
+        format!("{} frames, {} features, {} cycles a run", args.own.frames, upsets.features(), upsets.cycles())
+    };
+    match (&args.image, &args.own.scene) {
+        (Some(image), _) => {
+            let design = designed(&args.own)?;
+            let upsets = own(&args.own, &design, &strips(&design, &args.own, image)?)?;
+            let run = |fault: &Fault| Ok((upsets.run(fault)?, None));
+            report(args, &of_top(&upsets), upsets.state(), upsets.window(), upsets.cycles(), 0, run)
         }
-        None => {
+        (None, Some(scene)) => {
+            let design = designed(&args.own)?;
+            let hover = spinning("rendering the frames", || {
+                HoverFrames::new(&design, scene, args.own.frames as usize, args.seed)
+            })?;
+            let upsets = own(&args.own, &design, hover.frames())?;
+            let golden = hover.fixes(upsets.golden());
+            let estimates = golden.iter().flatten().count();
+            if estimates == 0 {
+                bail!("--scene {scene}: no frame has an estimate even without a fault; take a scene with more texture");
+            }
+            let run = |fault: &Fault| {
+                let packets = upsets.packets(fault)?;
+                let cost = hover.cost(&golden, &hover.fixes(&packets));
+                Ok((upsets.class(&packets), Some(cost)))
+            };
+            report(args, &of_top(&upsets), upsets.state(), upsets.window(), upsets.cycles(), estimates, run)
+        }
+        (None, None) => {
             let core = other(&args.other, args.seed)?;
             let (clock, reset) = core.clock_and_reset();
             let reset = reset.map_or("no reset".into(), |(name, level)| format!("reset {name}, active at {level}"));
             let ((active, outputs), cycles) = (core.active_outputs(), core.cycles());
             let about = format!("clock {clock}, {reset}; {active} of {outputs} outputs change in {cycles} cycles");
-            let run = |fault: &Fault| core.run(fault).map_err(anyhow::Error::from);
-            report(args, &about, core.state(), core.window(), cycles, run)
+            let run = |fault: &Fault| Ok((core.run(fault)?, None));
+            report(args, &about, core.state(), core.window(), cycles, 0, run)
         }
     }
 }
 
-/// Prepares Hoverlock's top with strips of a picture.
-fn own(args: &Own, image: &Path) -> Result<Upsets> {
+/// Returns the design of Hoverlock's top.
+fn designed(args: &Own) -> Result<DesignPoint> {
     let design = args.chosen.design()?.of_hardware();
     design.check_buildable()?;
-    let frames = strips(&design, args, image)?;
-    let thresholds = FastestModel::new(&design)?.settled(&frames[0]);
-    let sources = verilog_of(&design, args.rtl.as_deref())?;
+    Ok(design)
+}
+
+/// Prepares Hoverlock's top with these frames.
+fn own(args: &Own, design: &DesignPoint, frames: &[Plane<u16>]) -> Result<Upsets> {
+    let thresholds = FastestModel::new(design)?.settled(&frames[0]);
+    let sources = verilog_of(design, args.rtl.as_deref())?;
     let simulator = spinning("building the Verilated model (once; later runs find it)", || {
-        Simulator::with_registers(&design, &sources)
+        Simulator::with_registers(design, &sources)
     })?;
-    Ok(Upsets::new(simulator, &frames, &thresholds)?)
+    Ok(Upsets::new(simulator, frames, &thresholds)?)
 }
 
 /// Returns the frames: strips from top to bottom of a picture, in steps of the design's camera.
@@ -363,14 +416,16 @@ fn pair(option: &str, text: &str) -> Result<(String, String)> {
     Ok((name.to_owned(), value.to_owned()))
 }
 
-/// Draws the faults, makes the runs, and writes what came of them. `about` describes a run.
+/// Draws the faults, makes the runs, and writes what came of them. `about` describes a run; `estimates` is the number of
+/// its frames with an estimate, where runs have a cost.
 fn report(
     args: &Args,
     about: &str,
     state: &State,
     window: std::ops::Range<u64>,
     cycles: u64,
-    run: impl Fn(&Fault) -> Result<Class> + Sync,
+    estimates: usize,
+    run: impl Fn(&Fault) -> Result<(Class, Option<Cost>)> + Sync,
 ) -> Result<Verdict> {
     let state = state.clone().only(args.part.into(), &args.only);
     if state.bits() == 0 {
@@ -384,12 +439,16 @@ fn report(
     let lines = LogLines::new();
     let started = Instant::now();
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let classes = campaign(&faults, threads, run, |done| {
+    let outcomes = campaign(&faults, threads, run, |done| {
         progress.set_position(done as u64);
         lines.count(&progress, "faults");
     })?;
     let seconds = started.elapsed().as_secs_f64();
     progress.finish_and_clear();
+    let (classes, costs): (Vec<Class>, Vec<Option<Cost>>) = outcomes.into_iter().unzip();
+    let costs: Vec<Cost> = costs.into_iter().flatten().collect();
+    let cost = (!costs.is_empty()).then(|| Costs::new(&costs, estimates));
+    let said: String = cost.iter().map(|cost| format!("\n{cost}\n")).collect();
     let rows = rows(&state, &faults, &classes);
     let by = match args.by {
         ByChoice::Module => (By::Module, "module"),
@@ -402,19 +461,51 @@ fn report(
         write_file(path, &csv(&rows)?)?;
     }
     if let Some(path) = &args.table {
-        let text =
-            format!("# What comes of {} faults\n\n{about}. Made by\n\n    {}\n\n{table}", faults.len(), command());
+        let text = format!(
+            "# What comes of {} faults\n\n{about}. Made by\n\n    {}\n\n{table}{said}",
+            faults.len(),
+            command()
+        );
         write_file(path, text.as_bytes())?;
     }
     if args.json {
         let classes = Class::ALL.into_iter().map(|class| PerClass::new(class, &all.counts)).collect();
-        print_json(&Report { kind, seed: args.seed, cycles, bits: all.bits, classes, groups, seconds })?;
+        print_json(&Report { kind, seed: args.seed, cycles, bits: all.bits, classes, groups, cost, seconds })?;
     } else {
         print(&aligned(&table))?;
         let share = |class: Class| format!("{} {}", class.name(), interval(all.counts.of(class), all.counts.total()));
-        print(&format!("\n{}\n{} faults in {seconds:.1} s\n", Class::ALL.map(share).join(", "), faults.len()))?;
+        let shares = Class::ALL.map(share).join(", ");
+        print(&format!("\n{shares}\n{said}{} faults in {seconds:.1} s\n", faults.len()))?;
     }
     Ok(Verdict::Pass)
+}
+
+/// A change of an estimate that counts, m.
+const SHIFT_M: f64 = 0.01;
+
+impl Costs {
+    fn new(costs: &[Cost], estimates: usize) -> Self {
+        Self {
+            estimates,
+            faults: costs.iter().filter(|cost| cost.withheld > 0 || cost.shift_m > SHIFT_M).count(),
+            withheld: costs.iter().map(|cost| cost.withheld).sum(),
+            shift_m: costs.iter().map(|cost| cost.shift_m).fold(0.0, f64::max),
+            misleading: costs.iter().map(|cost| cost.misleading).sum(),
+        }
+    }
+}
+
+impl fmt::Display for Costs {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { estimates, faults, withheld, shift_m, misleading } = self;
+        write!(
+            f,
+            "flight program: {estimates} estimates a run; {faults} faults withhold one or move one by more than {} cm; \
+             {withheld} withheld, moved by at most {:.1} cm, {misleading} beyond their protection level",
+            100.0 * SHIFT_M,
+            100.0 * shift_m
+        )
+    }
 }
 
 impl PerClass {

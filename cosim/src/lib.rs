@@ -2,6 +2,7 @@
 //!
 //! - [`cosim()`] passes a folder of frames through extractor and flight program.
 //! - [`hover()`] closes the loop: the estimate steers a simulated helicopter in wind.
+//! - [`upsets`] measures what an upset in the hardware costs in centimetres.
 //! - [`Campaign`] flies many hovers on this machine or on a cluster, and [`fly_point`] one of them.
 //!
 //! Each takes a settings struct and returns an outcome struct, which serialises to the JSON object of the command of
@@ -31,6 +32,7 @@ mod monitor;
 mod pages;
 mod replay;
 pub mod sequence;
+pub mod upsets;
 
 pub use campaign::{Campaign, CampaignOutcome, CampaignSettings, FlownPoint, Point, fly_point};
 pub use chain::{FeatureSource, FlightProgram};

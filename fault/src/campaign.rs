@@ -3,22 +3,21 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use crate::class::Class;
 use crate::draw::Fault;
 
-/// Runs the bench once for each fault, on `threads` threads, and returns the classes in the order of the faults. `done`
+/// Runs the bench once for each fault, on `threads` threads, and returns the outcomes in the order of the faults. `done`
 /// is called with the number of runs that have ended.
 ///
 /// # Errors
 /// The first error of the bench; the other runs are given up.
-pub fn campaign<E: Send>(
+pub fn campaign<T: Send, E: Send>(
     faults: &[Fault],
     threads: usize,
-    bench: impl Fn(&Fault) -> Result<Class, E> + Sync,
+    bench: impl Fn(&Fault) -> Result<T, E> + Sync,
     done: impl Fn(usize) + Sync,
-) -> Result<Vec<Class>, E> {
+) -> Result<Vec<T>, E> {
     let (next, ended, failed) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicBool::new(false));
-    let outcomes: Mutex<Vec<(usize, Result<Class, E>)>> = Mutex::default();
+    let outcomes: Mutex<Vec<(usize, Result<T, E>)>> = Mutex::default();
     let work = || {
         let mut own = Vec::new();
         while !failed.load(Ordering::Relaxed) {
@@ -47,6 +46,7 @@ pub fn campaign<E: Send>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::class::Class;
     use crate::draw::Kind;
     use crate::state::Bit;
 

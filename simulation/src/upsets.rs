@@ -40,7 +40,7 @@ const MAX_CHECKPOINTS: u64 = 64;
 const MIN_DISTANCE: u64 = 2048;
 
 /// The packet of a frame: the words of its records, the trailer last.
-type Packet = Vec<u32>;
+pub type Packet = Vec<u32>;
 
 /// A sequence of frames through the top, and what comes out without a fault.
 ///
@@ -289,18 +289,35 @@ impl Upsets {
         self.golden.iter().map(|packet| (packet.len() / words).saturating_sub(1)).sum()
     }
 
+    /// Returns the packets of the run without a fault.
+    pub fn golden(&self) -> &[Packet] {
+        &self.golden
+    }
+
     /// Runs the frames with a fault.
     ///
     /// # Errors
-    /// If the model cannot be made, or the fault is not in its state.
+    /// As [`Upsets::packets`].
     pub fn run(&self, fault: &Fault) -> Result<Class, SimulationError> {
+        Ok(self.class(&self.packets(fault)?))
+    }
+
+    /// Returns the class of a run with these packets.
+    pub fn class(&self, packets: &[Packet]) -> Class {
+        class_of(self.simulator.design(), &self.golden, packets)
+    }
+
+    /// Runs the frames with a fault, and returns the packets that come out.
+    ///
+    /// # Errors
+    /// If the model cannot be made, or the fault is not in its state.
+    pub fn packets(&self, fault: &Fault) -> Result<Vec<Packet>, SimulationError> {
         let begins = fault.cycle / self.distance;
         let Some(from) = self.checkpoints.get(begins as usize) else {
             return Err(SimulationError::Frames("the fault is later than the last frame"));
         };
         let run = Run::resume(self, from)?;
-        let packets = self.finish(run, begins * self.distance, fault, fault.kind == Kind::Seu)?;
-        Ok(class_of(self.simulator.design(), &self.golden, &packets))
+        self.finish(run, begins * self.distance, fault, fault.kind == Kind::Seu)
     }
 
     /// Runs all frames with a fault, from the reset to the last packet. The class is that of [`Upsets::run`], which
@@ -309,8 +326,7 @@ impl Upsets {
     /// # Errors
     /// As [`Upsets::run`].
     pub fn run_whole(&self, fault: &Fault) -> Result<Class, SimulationError> {
-        let packets = self.finish(Run::start(self)?, 0, fault, false)?;
-        Ok(class_of(self.simulator.design(), &self.golden, &packets))
+        Ok(self.class(&self.finish(Run::start(self)?, 0, fault, false)?))
     }
 
     /// Runs on with a fault until the packets are out; if `may_end`, until everything is as without the fault.
