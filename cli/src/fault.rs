@@ -33,9 +33,9 @@ use crate::progress::{LogLines, bar, spinning};
 ///
 /// Each fault is in one bit, drawn with the clock cycle from the seed; every bit is equally likely. A run with the
 /// fault is compared with the run without: masked, detected, recovered within a frame, silent, or hang. With a picture
-/// the hardware is Hoverlock's top, which takes --frames strips of the picture back to back. With --scene its frames are
-/// those of a camera that moves over a scene of the simulator, and the flight program says what each fault costs. With
-/// --source it is any Verilog of one clock, its inputs random or from a table. Status 0 if all runs were made.
+/// the hardware is Hoverlock's top, which takes --frames strips of the picture back to back. With --scene its frames
+/// are those of a camera that moves over a scene of the simulator, and the flight program says what each fault costs.
+/// With --source it is any Verilog of one clock, its inputs random or from a table. Status 0 if all runs were made.
 ///
 /// Examples:
 ///   hoverlock fault aerial.png --upsets 2000 --table upsets.md
@@ -416,8 +416,8 @@ fn pair(option: &str, text: &str) -> Result<(String, String)> {
     Ok((name.to_owned(), value.to_owned()))
 }
 
-/// Draws the faults, makes the runs, and writes what came of them. `about` describes a run; `estimates` is the number of
-/// its frames with an estimate, where runs have a cost.
+/// Draws the faults, makes the runs, and writes what came of them. `about` describes a run; `estimates` is the number
+/// of its frames with an estimate, where runs have a cost.
 fn report(
     args: &Args,
     about: &str,

@@ -1,9 +1,9 @@
 //! The cost of an upset in the hardware: what the flight program makes of the frames that come out.
 //!
 //! A camera stands at places beside each other, 0.4 m apart, 50 m above a scene and looks straight down; a frame a
-//! second, so that the first, the reference, is confirmed by the second. The frames go through the hardware, with a fault
-//! or without, and what comes out goes to the flight program, with the attitude and the range of the simulator and their
-//! usual standard errors.
+//! second, so that the first, the reference, is confirmed by the second. The frames go through the hardware, with a
+//! fault or without, and what comes out goes to the flight program, with the attitude and the range of the simulator
+//! and their usual standard errors.
 
 use hoverlock_arm::framing::Decoder;
 use hoverlock_arm::line::{Line, Status};
@@ -68,7 +68,7 @@ pub struct Cost {
 }
 
 impl HoverFrames {
-    /// Renders frames of a scene, by name or file, for the camera of a design. `seed` is that of scene and sensor noise.
+    /// Renders frames of a scene, by name or file, for the camera of a design. `seed` is that of scene and noise.
     ///
     /// # Errors
     /// If the scene cannot be read or rendered.
@@ -103,8 +103,8 @@ impl HoverFrames {
         &self.frames
     }
 
-    /// Returns the place of each frame that the flight program finds from the packets of the hardware, as words; `None` for
-    /// a frame without an estimate, or without a packet that it takes. The first frame that it takes is its origin.
+    /// Returns the place of each frame that the flight program finds from the packets of the hardware, as words; `None`
+    /// for a frame without an estimate, or without a packet that it takes. The first frame that it takes is its origin.
     pub fn fixes(&self, packets: &[Vec<u32>]) -> Vec<Option<Fix>> {
         let mut source = Source::default();
         let mut fixes = vec![None; self.frames.len()];

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use crate::draw::Fault;
 
-/// Runs the bench once for each fault, on `threads` threads, and returns the outcomes in the order of the faults. `done`
-/// is called with the number of runs that have ended.
+/// Runs the bench once for each fault, on `threads` threads, and returns the outcomes in the order of the faults.
+/// `done` is called with the number of runs that have ended.
 ///
 /// # Errors
 /// The first error of the bench; the other runs are given up.
