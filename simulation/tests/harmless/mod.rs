@@ -37,6 +37,10 @@ const UNUSED: u32 = 16;
 const FLAG: u32 = 17;
 /// What the record limit counts before row 17 of a frame.
 const ABOVE: u32 = 21;
+/// The bins before the first frame.
+const FIRST_BINS: u32 = 25;
+/// The size before the first frame.
+const NO_SIZE: u32 = 24;
 /// The held row in place of the last row.
 const LAST_ROW: u32 = 23;
 const POSITION: &str = "the address of a circular memory may begin anywhere";
@@ -86,6 +90,30 @@ const HARMLESS: &[Harmless] = &[
     ),
     (
         "row_look_ahead*",
+        &[Kind::Wiring],
+        "reset",
+        "load_delay_y",
+        "the frame's marker comes when the count is 0 already",
+        Hole(FLAG),
+    ),
+    (
+        "row_look_ahead(32)/pulse_delay*",
+        &[Kind::Wiring],
+        "last",
+        "",
+        "after the longest stage of a row no stage follows that needs its end",
+        Hole(UNUSED),
+    ),
+    (
+        "row_look_ahead_border*",
+        &[Kind::Width],
+        "remaining - 1",
+        "",
+        "the count begins at a power of two, so what follows has a bit less",
+        Later("row_look_ahead"),
+    ),
+    (
+        "row_look_ahead*",
         &[Kind::Operator],
         "remaining - ",
         "remaining + ",
@@ -103,6 +131,30 @@ const HARMLESS: &[Harmless] = &[
         By("unset_registers"),
     ),
     ("tail_counter", RESETS, "10'd0", "x", "x is set as the tail begins, before it counts", By("unset_registers")),
+    (
+        "sequencer",
+        &[Kind::ResetValue],
+        "1'b0",
+        "1'h1",
+        "a start counts in a step only, and the first step is a frame's first",
+        By("sequencer"),
+    ),
+    (
+        "csr",
+        &[Kind::ResetValue],
+        "11'd0",
+        "",
+        "before a frame has taken a size, none is possible either way",
+        Hole(NO_SIZE),
+    ),
+    (
+        "threshold",
+        RESETS,
+        "1'b0",
+        "_",
+        "the first frame clears the bins and takes the manual threshold, whatever the sum",
+        Hole(FIRST_BINS),
+    ),
     (
         "tail_counter",
         &[Kind::Comparison],

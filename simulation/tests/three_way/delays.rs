@@ -90,36 +90,42 @@ pub fn delays() {
     }
     for (module, numbers) in family("frame_delay") {
         let (lines, steps) = (numbers[0] as u64, numbers[1] as u64);
-        let (mut step, mut last) = (0u64, None);
-        let width = 66 + lines;
-        alike!(
-            FrameDelay::new(lines, steps),
-            &module,
-            5000,
-            [reset, advance, width, x],
-            [y],
-            |cell: &mut FrameDelay, cycle, draw: &mut ChaCha8Rng| {
-                cell.reset.next = cycle < 2 || cycle == 4000;
-                cell.advance.next = draw.random_ratio(9, 10);
-                cell.width.next = width.into();
-                cell.x.next = [5, 3400, 3950].contains(&cycle);
-            },
-            |cell: &FrameDelay, _| {
-                if cell.reset.val() {
-                    last = None;
-                } else if cell.advance.val() {
-                    step += 1;
-                    assert_eq!(
-                        cell.y.val(),
-                        last.is_some_and(|last| step + 1 == last + lines * width + steps),
-                        "{module}"
-                    );
-                    if cell.x.val() {
-                        last = Some(step);
+        // The count has bits that only wide frames use.
+        for width in [66 + lines, 700, 1024] {
+            let (mut step, mut last) = (0u64, None);
+            // Cycles in which the marker leaves, and some more: a tenth of them has no step.
+            let cycles = 5 * (lines * width + steps) / 4 + 100;
+            let again = 5 + cycles as usize;
+            let cleared = again + cycles as usize;
+            alike!(
+                FrameDelay::new(lines, steps),
+                &module,
+                cleared + cycles as usize,
+                [reset, advance, width, x],
+                [y],
+                |cell: &mut FrameDelay, cycle, draw: &mut ChaCha8Rng| {
+                    cell.reset.next = cycle < 2 || cycle == cleared + 50;
+                    cell.advance.next = draw.random_ratio(9, 10);
+                    cell.width.next = width.into();
+                    cell.x.next = [5, again, cleared].contains(&cycle);
+                },
+                |cell: &FrameDelay, _| {
+                    if cell.reset.val() {
+                        last = None;
+                    } else if cell.advance.val() {
+                        step += 1;
+                        assert_eq!(
+                            cell.y.val(),
+                            last.is_some_and(|last| step + 1 == last + lines * width + steps),
+                            "{module}, {width} columns"
+                        );
+                        if cell.x.val() {
+                            last = Some(step);
+                        }
                     }
                 }
-            }
-        );
+            );
+        }
     }
 }
 
