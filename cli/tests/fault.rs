@@ -123,6 +123,20 @@ fn the_top_runs_on_strips_of_a_picture() {
 }
 
 #[test]
+fn over_a_scene_the_flight_program_says_what_upsets_cost() {
+    let output = fault(&["--scene", "field", "--frames", "5", "--only", "frame_delay", "--upsets", "6", "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let cost = &report["cost"];
+    // Every frame after the reference has an estimate; a marker that comes too early or too late takes some away.
+    assert_eq!(cost["estimates"], 4, "{report}");
+    assert!(cost["faults"].as_u64().unwrap() <= 6 && cost["shift_m"].as_f64().is_some(), "{report}");
+    assert_refused(&fault(&["--scene", "nowhere"]), "nowhere");
+    assert_refused(&fault(&["a.png", "--scene", "field"]), "cannot be used with");
+    assert_refused(&fault(&["--scene", "field", "--rows", "70"]), "cannot be used with");
+}
+
+#[test]
 fn what_makes_no_campaign_is_refused() {
     let source = tiny();
     let core = |more: &[&str]| fault(&[&["--source", &source, "--top", "tiny"][..], more].concat());

@@ -60,7 +60,7 @@ choice! {
     /// What the block memories of the hardware keep besides the data. It changes no sample and no record.
     Protection {
         /// Nothing.
-        None = "none",
+        Off = "off",
         /// A parity bit with each sample, candidate and record: a flipped bit marks the frame that reads it.
         Parity = "parity",
     }

@@ -181,7 +181,7 @@ mod tests {
             ("record_fifo = 32", "record_fifo", "32", "from 64 to 4096"),
             ("smoother = 'gauss'", "smoother", "\"gauss\"", "one of first-order, deriche, yvv95, vyv"),
             ("smoother = 1", "smoother", "1", "one of first-order"),
-            ("protection = 'ecc'", "protection", "\"ecc\"", "one of none, parity"),
+            ("protection = 'ecc'", "protection", "\"ecc\"", "one of off, parity"),
             ("threshold_initial = 0", "threshold_initial", "0", "from 1 to 65535"),
             ("width = -1", "width", "-1", "from 1 to 4096"),
         ] {

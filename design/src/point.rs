@@ -188,7 +188,7 @@ impl DesignPoint {
             threshold: AutomaticThreshold { target: 0, initial: 0 },
             candidate_queue: 0,
             record_fifo: 0,
-            protection: Protection::None,
+            protection: Protection::Off,
         }
     }
 

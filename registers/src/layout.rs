@@ -164,7 +164,7 @@ impl FieldLayout {
 /// Returns all registers of a design in the order of their offsets. `coefficients` are the reset values of the
 /// coefficients: smoother by smoother from the narrowest, the recursion first, then the stages of the look-ahead.
 pub fn registers(design: &DesignPoint, coefficients: &[u32]) -> Vec<Register> {
-    let is_protected = design.protection != Protection::None;
+    let is_protected = design.protection != Protection::Off;
     let exists = |field: &&FieldLayout| {
         field.scale_pair.is_none_or(|k| k < design.pairs()) && (is_protected || !field.protection)
     };

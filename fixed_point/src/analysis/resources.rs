@@ -72,7 +72,7 @@ pub fn blocks(words: u64, width: u64) -> u64 {
 pub fn memories(design: &DesignPoint) -> Vec<Memory> {
     let line = u64::from(design.width).next_power_of_two();
     // A protected memory has a bit more for each sample, candidate and record. Delays are not protected.
-    let parity = u64::from(design.protection != Protection::None);
+    let parity = u64::from(design.protection != Protection::Off);
     let (pixel, state) = (u64::from(design.pixel.bits()), u64::from(design.state.bits()));
     let magnitude = u64::from(design.dog_bits);
     // Each response has a sign bit.
