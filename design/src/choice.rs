@@ -59,7 +59,7 @@ choice! {
 choice! {
     /// What the block memories of the hardware keep besides the data. It changes no sample and no record.
     Protection {
-        /// Nothing.
+        /// Memories hold the data alone, and a flipped bit shows nowhere.
         Off = "off",
         /// A parity bit with each sample, candidate and record: a flipped bit marks the frame that reads it.
         Parity = "parity",

@@ -10,7 +10,7 @@ use rust_hdl::prelude::*;
 /// The port, a signal or nothing: see [`Presence`].
 pub type Flag<D> = <PresentIf<{ crate::design::PARITY }> as Presence>::Port<D>;
 
-/// `N` is 1 where the port exists, else 0.
+/// Stands for a port that exists if `N` is 1, and does not if it is 0.
 pub struct PresentIf<const N: usize>;
 
 /// Chooses the type of the port.
@@ -29,7 +29,7 @@ impl Presence for PresentIf<0> {
 
 /// No port, with the methods of one: it prints nothing and is always low.
 pub struct Absent<D> {
-    /// Ignored.
+    /// Takes an assignment and has no effect.
     pub next: bool,
     direction: PhantomData<D>,
 }

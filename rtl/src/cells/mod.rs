@@ -113,8 +113,9 @@ fn of_family(name: &str, parameters: &[(&str, String)]) -> Verilog {
     Verilog::Custom(format!("// family: {name}{parameters}\n"))
 }
 
-/// A memory and the register of its output, if it has one in `column`, are 0 at the start of a simulation, as a block
-/// memory is after configuration: words that were never written are even. Empty in a design without protection.
+/// Returns the Verilog that clears a memory at the start of a simulation, and the register `column` of its output if it
+/// is named. A block memory is 0 after configuration, so words that were never written are even. Empty in a design
+/// without protection.
 fn zeroed(bits: usize, words: impl std::fmt::Display, column: &str) -> String {
     if PARITY == 0 {
         return String::new();
@@ -134,7 +135,7 @@ initial begin
     )
 }
 
-/// The check of a line memory whose word of so many bits was read into `column`: `odd` lists the parities of the
+/// Returns the check of a line memory whose word of `bits` bits was read into `column`. `odd` lists the parities of the
 /// samples at the outputs. Empty in a design without protection.
 fn protected(bits: usize, odd: &str) -> String {
     if PARITY == 0 {

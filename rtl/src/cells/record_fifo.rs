@@ -157,7 +157,7 @@ end
                 (
                     "CHECK",
                     "
-// A parity bit is above each record. So many trailers are still to be marked.
+// A parity bit is above each record. Trailers that are still to be marked.
 reg [1:0]   marks;
 wire read   = take_data & next_valid;
 wire odd    = ^next;

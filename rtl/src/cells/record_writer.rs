@@ -337,7 +337,7 @@ fn writer_parts() -> Vec<(&'static str, String)> {
     let (marks, errors, no_marks, next_marks) = match PARITY {
         0 => ("", "12'd0, errors".to_owned(), "", String::new()),
         _ => (
-            "// So many trailers are still to be marked after an upset.\nreg [1:0]   marks;\n\
+            "// Trailers that are still to be marked after an upset.\nreg [1:0]   marks;\n\
              wire        marked = upset | (marks != 2'd0);\n",
             "11'd0, marked, errors".to_owned(),
             "    marks   <= 2'd0;\n",

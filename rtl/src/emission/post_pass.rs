@@ -215,8 +215,14 @@ impl Pass<'_> {
         let said = |start: &str| body.iter().filter_map(|line| line.trim().strip_prefix(start)).collect::<Vec<_>>();
         if let Some(tag) = said("// family: ").first() {
             let (variant, given) = of_family(printed, tag, &ports)?;
-            let text = family(&variant.module).unwrap_or_default().to_owned();
-            self.add(printed, Module { name: variant.module.clone(), text })?;
+            let text = family(&variant.module).unwrap_or_default();
+            // A family may be made of another one.
+            for part in text.lines().filter_map(parameters::instance) {
+                if let Some(text) = family(part.module) {
+                    self.add(printed, Module { name: part.module.into(), text: text.into() })?;
+                }
+            }
+            self.add(printed, Module { name: variant.module.clone(), text: text.into() })?;
             self.names.insert(printed.into(), (variant, given));
             return Ok(());
         }
