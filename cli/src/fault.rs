@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::{ValueEnum, ValueHint};
-use hoverlock_cosim::upsets::{Cost, HoverFrames};
+use hoverlock_cosim::upsets::{self, Cost, HoverFrames};
 use hoverlock_design::{DesignPoint, MIN_SIDE};
 use hoverlock_fault::campaign::campaign;
 use hoverlock_fault::class::{Class, Counts, wilson};
@@ -285,6 +285,13 @@ pub fn run(args: &Args) -> Result<Verdict> {
         }
         (None, Some(scene)) => {
             let design = designed(&args.own)?;
+            let columns = upsets::SIZE.0;
+            if (design.width as usize) < columns {
+                bail!(
+                    "--scene takes frames of {columns} columns; give a design that has them, this one has {}",
+                    design.width
+                );
+            }
             let hover = spinning("rendering the frames", || {
                 HoverFrames::new(&design, scene, args.own.frames as usize, args.seed)
             })?;
@@ -292,7 +299,10 @@ pub fn run(args: &Args) -> Result<Verdict> {
             let golden = hover.fixes(upsets.golden());
             let estimates = golden.iter().flatten().count();
             if estimates == 0 {
-                bail!("--scene {scene}: no frame has an estimate even without a fault; take a scene with more texture");
+                bail!(
+                    "--scene {scene}: no frame has an estimate even without a fault; take another scene, or a design \
+                     with at most two scale pairs"
+                );
             }
             let run = |fault: &Fault| {
                 let packets = upsets.packets(fault)?;

@@ -132,6 +132,7 @@ fn over_a_scene_the_flight_program_says_what_upsets_cost() {
     assert_eq!(cost["estimates"], 4, "{report}");
     assert!(cost["faults"].as_u64().unwrap() <= 6 && cost["shift_m"].as_f64().is_some(), "{report}");
     assert_refused(&fault(&["--scene", "nowhere"]), "nowhere");
+    assert_refused(&fault(&["--scene", "field", "--config", "width=500"]), "frames of 512 columns");
     assert_refused(&fault(&["a.png", "--scene", "field"]), "cannot be used with");
     assert_refused(&fault(&["--scene", "field", "--rows", "70"]), "cannot be used with");
 }

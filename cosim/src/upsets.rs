@@ -3,7 +3,8 @@
 //! A camera stands at places beside each other, 0.4 m apart, 50 m above a scene and looks straight down; a frame a
 //! second, so that the first, the reference, is confirmed by the second. The frames go through the hardware, with a
 //! fault or without, and what comes out goes to the flight program, with the attitude and the range of the simulator
-//! and their usual standard errors.
+//! and their usual standard errors. There is no IMU: at a frame a second the program searches each frame from its
+//! keyframe, with the budget of a flight. Frames of three scale pairs have too many features for that.
 
 use hoverlock_arm::framing::Decoder;
 use hoverlock_arm::line::{Line, Status};
@@ -23,7 +24,7 @@ use nalgebra::{Vector2, Vector3};
 use crate::hover::{HoverError, load_scene};
 
 /// Size of a frame, px: the middle of the camera's.
-const SIZE: (usize, usize) = (512, 384);
+pub const SIZE: (usize, usize) = (512, 384);
 
 /// Field of view of the whole camera across its columns, degrees.
 const FIELD_OF_VIEW_DEG: f64 = 50.0;
