@@ -249,7 +249,8 @@ impl<'a> Campaign<'a> {
     }
 
     /// Are there `depth` steps without a violation that are followed by one? Asked with 0, 1 and more steps before the
-    /// violation, as fewer often suffice for a proof.
+    /// violation, as fewer often suffice for a proof. The first question has an easy answer that the solver builds on:
+    /// without it `row_look_back` takes more than ten minutes in place of a second.
     fn induction(&self, number: usize, file: &str) -> Result<Reply, ProveError> {
         let [a, u] = [self.predicate("_a")?, self.predicate("_u")?];
         let depth = self.claim.depth;
@@ -262,8 +263,8 @@ impl<'a> Campaign<'a> {
             query += &format!("(assert (and v{u}_{name} {holds}))\n");
             if step < depth {
                 self.system.transition(&mut query, &name, &format!("s{}", step + 1));
-                query += "(check-sat)\n";
             }
+            query += "(check-sat)\n";
         }
         self.solve(&query, &Series::All, self.limit, file)
     }
