@@ -93,13 +93,13 @@ for {k}: each row_look_ahead
   (* hierconn, keep *) wire [`S-1:0] \dut_{k}.lerp.y ;
   (* hierconn *) wire [`S-1:0] \dut_{k}.border_p ;
   (* hierconn *) wire [`S-1:0] \dut_{k}.border_q ;
-  (* hierconn *) wire [`S-1:0] \dut_{k}.sample_delay_y ;
+  (* hierconn, keep *) wire [`S-1:0] \dut_{k}.sample_delay.y ;
   (* hierconn *) wire [$clog2({k}+1)-1:0] \dut_{k}.border.remaining ;
   (* hierconn *) wire [`S-1:0] \dut_{k}.border.border ;
   (* hierconn *) wire [$clog2({k}+4)-1:0] \dut_{k}.last_delay.remaining ;
   (* hierconn *) wire [$clog2({k}+4)-1:0] \dut_{k}.load_delay.remaining ;
   row_look_ahead_stage #(.DISTANCE({k})) stage_{k} (
-    .clock(clock), .advance(advance), .last(last), .load(load), .x(x), .delayed(\dut_{k}.sample_delay_y ),
+    .clock(clock), .advance(advance), .last(last), .load(load), .x(x), .delayed(\dut_{k}.sample_delay.y ),
     .p(\dut_{k}.border_p ), .q(\dut_{k}.border_q ), .last_out(last_out_{k}), .load_out(load_out_{k}),
     .remaining(\dut_{k}.border.remaining ), .border(\dut_{k}.border.border ),
     .last_remaining(\dut_{k}.last_delay.remaining ), .load_remaining(\dut_{k}.load_delay.remaining ), .g(g), .y(y_{k}),

@@ -1,5 +1,6 @@
 // row_look_back: p[c] = u[max(c - DISTANCE, 0)], q[c] = u[c]; the markers leave four steps after they entered.
-// Nothing is reset: the first state is arbitrary, which includes every state after a reset.
+// Nothing is reset: the first state is arbitrary, which includes every state after a reset. A stage of one column never
+// counts, so its count is the 0 of the reset.
 
 module row_look_back_stage #(parameter DISTANCE = 1) (
   input clock, input advance, input first, input load, input [`S-1:0] x, input [`S-1:0] delayed, input [`S-1:0] p,
@@ -42,6 +43,8 @@ module row_look_back_stage #(parameter DISTANCE = 1) (
 
   always @(posedge clock) begin
     assume (delayed == samples[`S * DISTANCE - 1:`S * (DISTANCE - 1)]);
+    if (DISTANCE == 1 && steps == 7'd0) assume (remaining == 7'd0);
+    never_counts: assert (DISTANCE != 1 || remaining == 7'd0);
     counts: assert (seen ? remaining == (since < DISTANCE ? DISTANCE - since : 7'd0) : remaining + steps <= 7'd63 || remaining == 7'd0);
     holds: assert (!seen || !(since < DISTANCE) || border == kept);
     since_counts: assert (since >= 7'd1 && since <= 7'd64 && steps <= 7'd64 && (seen || since == 7'd64));
@@ -71,7 +74,7 @@ for {k}: each row_look_back
   );
   (* hierconn *) wire [`S-1:0] \dut_{k}.border_p ;
   (* hierconn *) wire [`S-1:0] \dut_{k}.border_q ;
-  (* hierconn *) wire [`S-1:0] \dut_{k}.sample_delay_y ;
+  (* hierconn, keep *) wire [`S-1:0] \dut_{k}.sample_delay.y ;
   (* hierconn *) wire [({k} > 1 ? $clog2({k}) : 1)-1:0] \dut_{k}.border.remaining ;
   (* hierconn *) wire [`S-1:0] \dut_{k}.border.border ;
   (* hierconn *) wire [3:0] \dut_{k}.first_delay.delayed ;
@@ -91,7 +94,7 @@ for {k}: each row_look_back
   (* hierconn, keep *) wire [`C-1:0] \dut_{k}.lerp.g ;
   (* hierconn, keep *) wire [`S-1:0] \dut_{k}.lerp.y ;
   row_look_back_stage #(.DISTANCE({k})) stage_{k} (
-    .clock(clock), .advance(advance), .first(first), .load(load), .x(x), .delayed(\dut_{k}.sample_delay_y ),
+    .clock(clock), .advance(advance), .first(first), .load(load), .x(x), .delayed(\dut_{k}.sample_delay.y ),
     .p(\dut_{k}.border_p ), .q(\dut_{k}.border_q ), .first_out(first_out_{k}), .load_out(load_out_{k}),
     .remaining(\dut_{k}.border.remaining ), .border(\dut_{k}.border.border ),
     .first_delayed(\dut_{k}.first_delay.delayed ), .load_delayed(\dut_{k}.load_delay.delayed ),
