@@ -1,14 +1,15 @@
 //! Prints how the automatic threshold follows ten abrupt changes of the picture: `cargo run --release -p
-//! hoverlock-fixed-point --example threshold_laws -- ../shared/data/textures [COUNTS.csv]`
+//! hoverlock-fixed-point --example threshold_laws -- ../shared/data/textures [COUNTS.svg]`
 //!
 //! *Distribution* is [`ThresholdController`], the law of model and hardware. *Count* is the law before it, which
 //! `docs/decisions/032-threshold-from-a-histogram.md` compares with it and nothing else uses. Both see the same frames
 //! of the bit-true model, with noise of their own in each frame. With the second argument the features of each frame
-//! are written to that file.
+//! are drawn into that file.
+
+mod plot;
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-use std::fmt::Write;
 use std::path::Path;
 
 use hoverlock_design::KT27;
@@ -17,6 +18,7 @@ use hoverlock_fixed_point::model::threshold::{Maxima, ThresholdController};
 use hoverlock_pictures::Picture;
 use hoverlock_pictures::conditions::{Condition, FOG, NOMINAL};
 use hoverlock_reference::image::plane::Plane;
+use plot::{Curve, Marks, Panel};
 
 /// Frames of each part of a sequence, 2 s; the law's steady state is reached before the first.
 const FRAMES: usize = 30;
@@ -26,6 +28,9 @@ const SEEDS: usize = 2;
 
 /// Features that a frame sends at most, by default.
 const RECORD_LIMIT: usize = 2046;
+
+/// Share of the target by which the features of a frame may differ from it.
+const TOLERANCE: f64 = 0.15;
 
 /// What the camera sees: a texture, its exposure, and the number of frames.
 #[derive(Clone, Copy)]
@@ -156,14 +161,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         control.finish_frame(maxima);
         control.thresholds().to_vec()
     };
-    let mut csv = String::from("sequence,law,frame,features_0,features_1\n");
+    let mut panels = Vec::new();
     println!("sequence | law | to 15 % | to 25 % | starved | overfull | most");
     for (title, parts) in SEQUENCES {
-        for (law, name) in [(count, "count"), (distribution, "distribution")] {
+        let laws = [(count, "count"), (distribution, "distribution")].map(|(law, name)| {
             let (counts, changes) = follow(&views, &parts, law);
-            for (frame, counts) in counts.iter().enumerate() {
-                writeln!(csv, "{title},{name},{frame},{},{}", counts[0], counts[1])?;
-            }
             // Nothing is seen with the lens covered.
             let seen = (1..parts.len()).filter(|part| parts[*part].0 != BLACK);
             let after = |part: usize| &counts[changes[part]..changes[part + 1]];
@@ -175,11 +177,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let sums: Vec<usize> = counts.iter().map(|counts| counts.iter().sum::<u32>() as usize).collect();
             let overfull = sums.iter().filter(|sum| **sum > RECORD_LIMIT).count();
             let most = sums.iter().max().unwrap_or(&0);
-            println!("{title} | {name} | {} | {} | {starved} | {overfull} | {most}", within(0.15), within(0.25));
-        }
+            println!("{title} | {name} | {} | {} | {starved} | {overfull} | {most}", within(TOLERANCE), within(0.25));
+            Curve { counts: sums, changes }
+        });
+        panels.push(Panel { title, laws });
     }
     if let Some(path) = arguments.next() {
-        std::fs::write(path, csv)?;
+        let target = f64::from(KT27.threshold.target) * KT27.pairs() as f64;
+        let marks = Marks { target, tolerance: TOLERANCE, limit: RECORD_LIMIT as f64 };
+        std::fs::write(path, plot::svg(&panels, &marks))?;
     }
     Ok(())
 }
