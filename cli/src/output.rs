@@ -97,15 +97,21 @@ pub fn lossy_list<S: Serializer>(paths: &[PathBuf], serializer: S) -> Result<S::
     serializer.collect_seq(paths.iter().map(|path| path.to_string_lossy()))
 }
 
-/// Checks a file that is to be written: its extension is that of its format, it is not a folder or a device, and it is
-/// not one of the inputs.
+/// Checks a file that is to be written: its extension is that of its format, its folder exists, it is not a folder or a
+/// device, and it is not one of the inputs.
 pub fn check_target(option: &str, path: &Path, endings: &[&str], inputs: &[&Path]) -> Result<()> {
     let name = path.display();
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
     if !endings.contains(&ending) {
         bail!("{option} {name}: the name must end in .{}", endings.join(" or ."));
     }
-    let Ok(there) = fs::metadata(path) else { return Ok(()) };
+    let Ok(there) = fs::metadata(path) else {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        return match folder.filter(|folder| !folder.is_dir()) {
+            Some(folder) => bail!("{option} {name}: there is no folder {}; make it first", folder.display()),
+            None => Ok(()),
+        };
+    };
     if there.is_dir() {
         bail!("{option} {name}: is a folder; name a file");
     }
