@@ -4,8 +4,12 @@
 //! signal 12 in step 3 of the copy `s`. The registers of a step are defined by the signals of the step before, so the
 //! solver simplifies from step to step, and a signal with a fixed value, such as the number of a mutation, disappears.
 
+mod part;
+
 use std::collections::HashMap;
 use std::fmt::Write;
+
+pub(crate) use part::Part;
 
 /// A definition or declaration, as text with references to other signals.
 #[derive(Debug, Clone)]
@@ -142,16 +146,16 @@ impl System {
         references.next().filter(|_| references.next().is_none())
     }
 
-    /// Returns registers and memories.
-    pub(crate) fn registers(&self) -> impl Iterator<Item = usize> {
-        self.registers.iter().map(|(at, _)| *at)
+    /// Returns registers and memories of a part.
+    pub(crate) fn registers(&self, part: &Part) -> impl Iterator<Item = usize> {
+        self.registers.iter().map(|(at, _)| *at).filter(|at| part.has(*at))
     }
 
-    /// Returns the signals that are needed for these and for the next values of all registers.
-    fn needed(&self, roots: &[usize]) -> Vec<bool> {
+    /// Returns the signals that are needed for these and for the next values of the registers of a part.
+    fn needed(&self, part: &Part, roots: &[usize]) -> Vec<bool> {
         let mut needed = vec![false; self.signals.len()];
         let mut open = roots.to_vec();
-        for (register, value) in &self.registers {
+        for (register, value) in self.registers.iter().filter(|(at, _)| part.has(*at)) {
             open.push(*register);
             open.extend(references(value));
         }
@@ -168,10 +172,19 @@ impl System {
         format!("(set-logic QF_AUFBV)\n{}", self.products.concat())
     }
 
-    /// Appends one step to a query: all signals that `roots` and the next step need. `fixed` is a signal that has one
-    /// value, such as `#x0001`.
-    pub(crate) fn step(&self, query: &mut String, name: &str, from: Start, fixed: (usize, &str), roots: &[usize]) {
-        let needed = self.needed(roots);
+    /// Appends one step of a part to a query: all signals that the part's predicates, `roots` and its next step need.
+    /// `fixed` is a signal that has one value, such as `#x0001`.
+    pub(crate) fn step(
+        &self,
+        query: &mut String,
+        part: &Part,
+        name: &str,
+        from: Start,
+        fixed: (usize, &str),
+        roots: &[usize],
+    ) {
+        let roots = [&part.properties, &part.assumptions, roots].concat();
+        let needed = self.needed(part, &roots);
         let next: HashMap<usize, &Vec<Piece>> = self.registers.iter().map(|(at, value)| (*at, value)).collect();
         for (at, signal) in self.signals.iter().enumerate().filter(|(at, _)| needed[*at]) {
             let Signal { sort, body } = signal;
@@ -189,9 +202,9 @@ impl System {
         }
     }
 
-    /// Appends to a query that a step leads to another, the registers of which may have any values so far.
-    pub(crate) fn transition(&self, query: &mut String, step: &str, next: &str) {
-        for (register, value) in &self.registers {
+    /// Appends to a query that a step of a part leads to another, the registers of which may have any values so far.
+    pub(crate) fn transition(&self, query: &mut String, part: &Part, step: &str, next: &str) {
+        for (register, value) in self.registers.iter().filter(|(at, _)| part.has(*at)) {
             let _ = writeln!(query, "(assert (= v{register}_{next} {}))", render(value, step));
         }
     }
@@ -285,8 +298,9 @@ mod tests {
         assert_eq!(system.registers.len(), 1);
         let mut query = system.head();
         let roots = [system.signal("_n a; (b").unwrap()];
-        system.step(&mut query, "s0", Start::Anything, (99, ""), &roots);
-        system.step(&mut query, "s1", Start::Step("s0"), (99, ""), &roots);
+        let whole = Part { signals: vec![true; 2], properties: Vec::new(), assumptions: Vec::new() };
+        system.step(&mut query, &whole, "s0", Start::Anything, (99, ""), &roots);
+        system.step(&mut query, &whole, "s1", Start::Step("s0"), (99, ""), &roots);
         assert_eq!(
             query,
             "(set-logic QF_AUFBV)\n(declare-fun product4 ((_ BitVec 4) (_ BitVec 4)) (_ BitVec 4))\n\
