@@ -60,12 +60,12 @@ for {bits} {steps}: each delay 4..
   );
 end
 
-  // Delays of registers alone: the last samples, the newest lowest.
-  reg [1:0] filled = 2'd0;
+  // Delays of registers alone: the last samples, the newest lowest. Bit k of `taken` is set after more than k samples.
+  reg [2:0] taken = 3'd0;
   reg [63:0] sample_1, sample_2, sample_3;
   always @(posedge clock)
     if (advance) begin
-      if (filled != 2'd3) filled <= filled + 2'd1;
+      taken <= {taken[1:0], 1'b1};
       {sample_3, sample_2, sample_1} <= {sample_2, sample_1, x};
     end
 for {bits} {steps}: each delay 1..3
@@ -75,37 +75,11 @@ for {bits} {steps}: each delay 1..3
   );
   (* hierconn *) wire [{bits}*{steps}-1:0] \dut_{bits}x{steps}.in_registers.delayed ;
   wire [{bits}*3-1:0] samples_{bits}x{steps} = {sample_3[{bits}-1:0], sample_2[{bits}-1:0], sample_1[{bits}-1:0]};
-  wire [{bits}*{steps}-1:0] of_filled_{bits}x{steps} = ~({{bits}*{steps}{1'b1}} << {bits} * filled);
+  wire [{bits}*3-1:0] of_taken_{bits}x{steps} = {{{bits}{taken[2]}}, {{bits}{taken[1]}}, {{bits}{taken[0]}}};
   always @(posedge clock) begin
     in_registers_{bits}x{steps}: assert (((\dut_{bits}x{steps}.in_registers.delayed ^ samples_{bits}x{steps}[{bits}*{steps}-1:0])
-      & of_filled_{bits}x{steps}) == 0);
-    out_of_registers_{bits}x{steps}: assert (filled < {steps} || y_{bits}x{steps} == samples_{bits}x{steps}[{bits}*({steps}-1) +: {bits}]);
-  end
-end
-
-  // Delays of flags: a reset clears the flags in flight.
-  reg [5:0] flags_filled = 6'd0;
-  reg [31:0] flags;
-  always @(posedge clock)
-    if (reset)
-      flags_filled <= 6'd0;
-    else if (advance) begin
-      if (flags_filled != 6'd32) flags_filled <= flags_filled + 6'd1;
-      flags <= {flags[30:0], x[0]};
-    end
-  always @(posedge clock) flags_count: assert (flags_filled <= 6'd32);
-for {steps}: each flag_delay
-  wire flag_{steps};
-  flag_delay #(.STEPS({steps})) dut_flag_{steps} (.clock(clock), .reset(reset), .advance(advance), .x(x[0]), .y(flag_{steps}));
-  (* hierconn *) wire [{steps}-1:0] \dut_flag_{steps}.delayed ;
-  reg cleared_{steps} = 0;
-  always @(posedge clock) begin
-    // Since a reset, what has not been filled is 0.
-    cleared_{steps} <= cleared_{steps} | reset;
-    in_flight_{steps}: assert (((\dut_flag_{steps}.delayed ^ flags[{steps}-1:0]) & ~({{steps}{1'b1}} << flags_filled)) == 0);
-    clear_{steps}: assert (!cleared_{steps} || (\dut_flag_{steps}.delayed & ({{steps}{1'b1}} << flags_filled)) == 0);
-    flag_leaves_{steps}: assert ((flags_filled < {steps} || flag_{steps} == flags[{steps}-1])
-      && (!cleared_{steps} || flags_filled >= {steps} || !flag_{steps}));
+      & of_taken_{bits}x{steps}[{bits}*{steps}-1:0]) == 0);
+    out_of_registers_{bits}x{steps}: assert (!taken[{steps}-1] || y_{bits}x{steps} == samples_{bits}x{steps}[{bits}*({steps}-1) +: {bits}]);
   end
 end
 endmodule

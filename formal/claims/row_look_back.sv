@@ -1,6 +1,6 @@
 // row_look_back: p[c] = u[max(c - DISTANCE, 0)], q[c] = u[c]; the markers leave four steps after they entered.
-// Nothing is reset: the first state is arbitrary, which includes every state after a reset. A stage of one column never
-// counts, so its count is the 0 of the reset.
+// Nothing is reset: the first state is arbitrary, which includes every state after a reset, but for a count that no state
+// has: the one bit of a stage of one column.
 
 module row_look_back_stage #(parameter DISTANCE = 1) (
   input clock, input advance, input first, input load, input [`S-1:0] x, input [`S-1:0] delayed, input [`S-1:0] p,
@@ -43,8 +43,8 @@ module row_look_back_stage #(parameter DISTANCE = 1) (
 
   always @(posedge clock) begin
     assume (delayed == samples[`S * DISTANCE - 1:`S * (DISTANCE - 1)]);
-    if (DISTANCE == 1 && steps == 7'd0) assume (remaining == 7'd0);
-    never_counts: assert (DISTANCE != 1 || remaining == 7'd0);
+    assume (steps != 7'd0 || remaining < DISTANCE);
+    below: assert (remaining < DISTANCE);
     counts: assert (seen ? remaining == (since < DISTANCE ? DISTANCE - since : 7'd0) : remaining + steps <= 7'd63 || remaining == 7'd0);
     holds: assert (!seen || !(since < DISTANCE) || border == kept);
     since_counts: assert (since >= 7'd1 && since <= 7'd64 && steps <= 7'd64 && (seen || since == 7'd64));

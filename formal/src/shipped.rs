@@ -25,6 +25,7 @@ shipped![
     "frame_delay",
     "address_counter",
     "delay",
+    "flag_delay",
     "column_memory",
     "window_maximum_5",
     "window_maximum_7",
