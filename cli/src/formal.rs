@@ -31,7 +31,7 @@ use self::coverage::Drawing;
 use crate::Verdict;
 use crate::choice::between;
 use crate::design::verilog_of;
-use crate::output::{print, print_json, shown, verdict, write_file};
+use crate::output::{check_target, print, print_json, shown, verdict, write_file};
 use crate::progress::LogLines;
 
 mod coverage;
@@ -134,6 +134,9 @@ struct Report<'a> {
 }
 
 pub fn run(args: &Args) -> Result<Verdict> {
+    if let Some(file) = &args.table {
+        check_target("--table", file, &["md"], &[])?;
+    }
     if !args.coverage.is_empty() {
         return coverage::run(args);
     }

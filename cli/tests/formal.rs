@@ -198,6 +198,8 @@ fn bad_input_is_one_line_and_status_2() {
     let counter = saved(folder.path(), "counter.v", COUNTER);
     let properties = saved(folder.path(), "below_ten.sv", BELOW_TEN);
     assert_refused(&formal(&["lerps"]), "lerps");
+    assert_refused(&formal(&["--table", "/no/such/results.md"]), "/no/such");
+    assert_refused(&formal(&["--table", "results.csv"]), ".md");
     assert_refused(&formal(&["--coverage", "lerps"]), "lerps");
     assert_refused(&formal(&["--coverage", "rounding"]), "no module");
     assert_refused(&formal(&["--coverage", "lerp", "--mutations", "0"]), "--mutations");

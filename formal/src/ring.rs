@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use crate::claim::{Claim, Mutant, Observe};
+use crate::claim::{Claim, Hole, Mutant, Observe};
 
 /// Number of points of a ring.
 const POINTS: usize = 32;
@@ -228,6 +228,17 @@ endmodule
                 mutant("point_2 <= rows[95:80]", "point_2 <= point_14"),
             ],
         };
+        // Texts of the lines with survivors of the default drawing.
+        let lines: &[&str] = match self.scale {
+            0 => &["if (reset)"],
+            _ => &["if (reset)", "_position <= point_"],
+        };
+        let reason = format!(
+            "Where an address begins changes no output as long as memories of one length have one address, of which \
+             `{module}_aligned` speaks; its proof detects these mutations."
+        );
+        let hole =
+            Hole { number: 1, file: file.clone(), lines: lines.iter().map(|&line| line.into()).collect(), reason };
         Claim {
             top: Some(format!("{name}_properties")),
             name,
@@ -239,6 +250,7 @@ endmodule
             fault: 4,
             mutants,
             observe: vec![Observe { file, text: self.observe }],
+            holes: if self.aligned { Vec::new() } else { vec![hole] },
             ..Claim::default()
         }
     }

@@ -99,14 +99,13 @@ pub fn run(args: &Args) -> Result<Verdict> {
         if !args.json {
             print(&score.lines(&repeat(args)))?;
         }
+        // A later claim that takes too long loses nothing.
+        if let Some(file) = &args.table {
+            enter(file, &score)?;
+        }
         scores.push(score);
     }
     let failed: usize = scores.iter().map(Score::failed).sum();
-    if let Some(file) = &args.table {
-        let text = std::fs::read_to_string(file).unwrap_or_default();
-        let before = text.split_once(SECTION).map_or(text.as_str(), |(before, _)| before);
-        write_file(file, format!("{before}{}", table(&section_of(file), &scores)?).as_bytes())?;
-    }
     if args.json {
         print_json(&Report { claims: scores, failed })?;
     } else {
@@ -248,24 +247,28 @@ pub fn section_of(file: &Path) -> String {
     text.split_once(SECTION).map_or(String::new(), |(_, section)| format!("{SECTION}{section}"))
 }
 
-/// Returns the section with these scores in place of earlier ones of the same claims.
-fn table(earlier: &str, scores: &[Score]) -> Result<String> {
+/// Enters a score into the section about coverage of a file of results, in place of an earlier one of its claim.
+fn enter(file: &Path, score: &Score) -> Result<()> {
+    let text = std::fs::read_to_string(file).unwrap_or_default();
+    let before = text.split_once(SECTION).map_or(text.as_str(), |(before, _)| before);
+    write_file(file, format!("{before}{}", table(&section_of(file), score)?).as_bytes())
+}
+
+/// Returns the section with this score in place of an earlier one of its claim, and all holes of claims.
+fn table(earlier: &str, score: &Score) -> Result<String> {
     let mut rows: BTreeMap<String, String> = BTreeMap::new();
     for row in earlier.lines().filter(|line| line.starts_with("| `")) {
         let name = row.split('`').nth(1).context("the table of results has a row without a claim")?;
         rows.insert(name.to_owned(), row.to_owned());
     }
-    for score in scores {
-        let Score { claim, seed, drawn, harmless, killed, unproved, survivors, undecided, in_holes, seconds, .. } =
-            score;
-        rows.insert(
-            claim.clone(),
-            format!(
-                "| `{claim}` | {seed} | {drawn} | {harmless} | {killed} | {unproved} | {survivors} | {undecided} | \
-                 {in_holes} | {seconds:.0} |"
-            ),
-        );
-    }
+    let Score { claim, seed, drawn, harmless, killed, unproved, survivors, undecided, in_holes, seconds, .. } = score;
+    rows.insert(
+        claim.clone(),
+        format!(
+            "| `{claim}` | {seed} | {drawn} | {harmless} | {killed} | {unproved} | {survivors} | {undecided} | \
+             {in_holes} | {seconds:.0} |"
+        ),
+    );
     let claims = shipped::claims()?;
     let rows: Vec<&str> = claims.iter().filter_map(|claim| Some(rows.get(&claim.name)?.as_str())).collect();
     let heads = [
@@ -280,8 +283,14 @@ fn table(earlier: &str, scores: &[Score]) -> Result<String> {
         "in holes",
         "time, s",
     ];
+    let holes: String = claims
+        .iter()
+        .flat_map(|claim| claim.holes.iter().map(|Hole { number, reason, .. }| (&claim.name, number, reason)))
+        .map(|(claim, number, reason)| format!("- `{claim}`, {number}: {reason}\n"))
+        .collect();
     Ok(format!(
-        "{SECTION}\nWritten by `hoverlock formal --coverage all --table formal/RESULTS.md`.\n\n| {} |\n|{}\n{}\n",
+        "{SECTION}\nWritten by `hoverlock formal --coverage all --table formal/RESULTS.md`.\n\n| {} |\n|{}\n{}\n\n\
+         Holes of the claims, with their numbers:\n\n{holes}",
         heads.join(" | "),
         "---|".repeat(heads.len()),
         rows.join("\n")
