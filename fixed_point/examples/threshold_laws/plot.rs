@@ -52,7 +52,8 @@ pub fn svg(panels: &[Panel], marks: &Marks) -> String {
     for (name, colour, width, dash) in entries {
         let _ = writeln!(
             text,
-            "<path d=\"M{x} 16h26\" stroke=\"{colour}\" stroke-width=\"{width}\"{dash}/><text x=\"{}\" y=\"20\">{name}</text>",
+            "<path d=\"M{x} 16h26\" stroke=\"{colour}\" stroke-width=\"{width}\"{dash}/>\
+             <text x=\"{}\" y=\"20\">{name}</text>",
             x + 32.0
         );
         x += 170.0;
@@ -60,7 +61,8 @@ pub fn svg(panels: &[Panel], marks: &Marks) -> String {
     let share = 100.0 * marks.tolerance;
     let _ = writeln!(
         text,
-        "<rect x=\"{x}\" y=\"9\" width=\"26\" height=\"13\" fill=\"#bfe3c3\"/><text x=\"{}\" y=\"20\">target \u{b1} {share} %</text>",
+        "<rect x=\"{x}\" y=\"9\" width=\"26\" height=\"13\" fill=\"#bfe3c3\"/>\
+         <text x=\"{}\" y=\"20\">target \u{b1} {share} %</text>",
         x + 32.0
     );
     let _ =
@@ -95,7 +97,8 @@ fn axes(panel: &Panel, marks: &Marks) -> String {
         let y = at(f64::from(features));
         let _ = writeln!(
             text,
-            "<path d=\"M-4 {y:.1}h4\" stroke=\"#333\"/><text x=\"-8\" y=\"{:.1}\" text-anchor=\"end\">{features}</text>",
+            "<path d=\"M-4 {y:.1}h4\" stroke=\"#333\"/>\
+             <text x=\"-8\" y=\"{:.1}\" text-anchor=\"end\">{features}</text>",
             y + 4.0
         );
     }
@@ -103,7 +106,8 @@ fn axes(panel: &Panel, marks: &Marks) -> String {
         let x = across(change);
         let _ = writeln!(
             text,
-            "<path d=\"M{x:.1} 0v{height}\" stroke=\"#aaa\"/><text x=\"{x:.1}\" y=\"{}\" text-anchor=\"middle\">{change}</text>",
+            "<path d=\"M{x:.1} 0v{height}\" stroke=\"#aaa\"/>\
+             <text x=\"{x:.1}\" y=\"{}\" text-anchor=\"middle\">{change}</text>",
             height + 15.0
         );
     }

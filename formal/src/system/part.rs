@@ -6,10 +6,10 @@
 //! assumption is about are not free. Nor does a register join anything that has one value from the second step on, such
 //! as the one that enables the assertions.
 //!
-//! The other parts have the runs that they have without the mutation, in which the proved properties hold. So a question
-//! about properties, assumptions and registers of one part has the answer of the question about all of them, as long as
-//! the assumptions of the other parts do not end a run. It has it sooner: a solver that looks for a violation need not
-//! find states of the others.
+//! The other parts have the runs that they have without the mutation, in which the proved properties hold. So a
+//! question about properties, assumptions and registers of one part has the answer of the question about all of them,
+//! as long as the assumptions of the other parts do not end a run. It has it sooner: a solver that looks for a violation
+//! need not find states of the others.
 
 use std::collections::HashMap;
 
@@ -41,8 +41,8 @@ impl System {
     }
 
     /// Returns the part that changes if the input `select` has the value `number`: what compares the input with it,
-    /// what depends on that, and what is joined to these. Yosys removes a mutation that changes nothing, and its part is
-    /// empty. It is the whole system if Yosys wrote anything else than comparisons.
+    /// what depends on that, and what is joined to these. Yosys removes a mutation that changes nothing, and its part
+    /// is empty. It is the whole system if Yosys wrote anything else than comparisons.
     pub(crate) fn part(&self, select: usize, number: usize, properties: usize, assumptions: usize) -> Part {
         let mut changed = vec![false; self.signals.len()];
         for (at, body) in self.bodies().filter(|(_, body)| references(body).any(|other| other == select)) {
