@@ -7,9 +7,9 @@
 //! as the one that enables the assertions.
 //!
 //! The other parts have the runs that they have without the mutation, in which the proved properties hold. So a
-//! question about properties, assumptions and registers of one part has the answer of the question about all of them,
-//! as long as the assumptions of the other parts do not end a run. It has it sooner: a solver that looks for a violation
-//! need not find states of the others.
+//! question about properties, assumptions and registers of one part has the answer of the question about all of
+//! them, as long as the assumptions of the other parts do not end a run. It has it sooner: a solver that looks for
+//! a violation need not find states of the others.
 
 use std::collections::HashMap;
 
