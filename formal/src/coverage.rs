@@ -25,7 +25,7 @@ use crate::engine::{
     EngineError, Solver, at_path, prepare_command, read_commands, run_yosys, top_option, write, write_commands,
 };
 use crate::prove::{Place, ProveError, prepare};
-use crate::system::{Part, Start, System};
+use crate::system::{Part, Parts, Start, System};
 
 /// Name and width of the input that selects a mutation.
 const SELECT: (&str, usize) = ("selected_mutation", 16);
@@ -88,8 +88,8 @@ pub struct Campaign<'a> {
     work: TempDir,
     system: System,
     mutations: Vec<Mutation>,
-    /// The input that selects a mutation.
-    select: usize,
+    /// What of the system the mutations can change.
+    parts: Parts,
     /// Outputs of the modules, and inputs of those that the claim abstracts.
     outputs: Vec<usize>,
     limit: Duration,
@@ -158,11 +158,13 @@ impl<'a> Campaign<'a> {
             })
             .collect::<Result<Vec<_>, _>>()?;
         let select = system.input(select).ok_or_else(|| wrong(form("no input selects a mutation")))?;
+        let predicate = |name| predicate(&system, claim, name);
+        let parts = system.parts(select, predicate("_a")?, predicate("_u")?);
         let mut campaign =
-            Self { select, claim, work, system, mutations: drawn, outputs, limit: place.limit, is_decidable: true };
+            Self { parts, claim, work, system, mutations: drawn, outputs, limit: place.limit, is_decidable: true };
         let none = campaign.name("none");
         let steps = claim.depth + u32::from(!claim.bounded);
-        let whole = campaign.system.whole(campaign.predicate("_a")?, campaign.predicate("_u")?);
+        let whole = campaign.system.whole(&campaign.parts);
         let induction = match claim.bounded {
             true => Reply::Unsatisfiable,
             false => campaign.induction(&whole, 0, &none)?,
@@ -193,8 +195,7 @@ impl<'a> Campaign<'a> {
     }
 
     fn class(&self, number: usize) -> Result<Class, ProveError> {
-        let part = self.system.part(self.select, number, self.predicate("_a")?, self.predicate("_u")?);
-        self.class_in(&part, number)
+        self.class_in(&self.system.part(&self.parts, number), number)
     }
 
     /// Returns the class of a mutation by questions about a part, which must have all that it changes.
@@ -222,23 +223,16 @@ impl<'a> Campaign<'a> {
         format!("{query}.smt2")
     }
 
-    /// The predicate of this name: properties `_a`, assumptions `_u`, initial values `_i`, first step `_is`.
-    fn predicate(&self, name: &str) -> Result<usize, ProveError> {
-        let reason = format!("the transition system has no {name}");
-        let error = EngineError::Refused { program: "yosys", reason };
-        self.system.signal(name).ok_or_else(|| ProveError::Engine { claim: self.claim.name.clone(), error })
-    }
-
     /// Appends a step with a mutation to a query about a part, with the signals `roots`.
     fn step(&self, query: &mut String, part: &Part, name: &str, from: Start, number: usize, roots: &[usize]) {
         let first: Vec<usize> = self.system.signal("_is").into_iter().collect();
         let value = format!("#x{number:04x}");
-        self.system.step(query, part, name, from, (self.select, &value), &[&first, roots].concat());
+        self.system.step(query, part, name, from, (self.parts.select, &value), &[&first, roots].concat());
     }
 
     /// Is there a run from reset that violates a property within this number of steps? Asked step by step.
     fn base(&self, part: &Part, number: usize, steps: u32, limit: Duration, file: &str) -> Result<Reply, ProveError> {
-        let initial = self.predicate("_i")?;
+        let initial = predicate(&self.system, self.claim, "_i")?;
         let mut query = self.system.head();
         for step in 0..steps {
             let [name, before] = [step, step.wrapping_sub(1)].map(|step| format!("s{step}"));
@@ -349,6 +343,13 @@ impl<'a> Campaign<'a> {
         fs::remove_file(&path).map_err(at_path(&path)).map_err(wrong)?;
         reply.map_err(|reason| wrong(EngineError::Refused { program: "yices-smt2", reason }))
     }
+}
+
+/// Returns the predicate of this name: properties `_a`, assumptions `_u`, initial values `_i`.
+fn predicate(system: &System, claim: &Claim, name: &str) -> Result<usize, ProveError> {
+    let reason = format!("the transition system has no {name}");
+    let error = EngineError::Refused { program: "yosys", reason };
+    system.signal(name).ok_or_else(|| ProveError::Engine { claim: claim.name.clone(), error })
 }
 
 /// Returns the conjunction of predicates in a step.
@@ -648,11 +649,10 @@ endmodule
         for is_joined in [false, true] {
             let claim = Claim::parse("hold", settings, &properties(is_joined)).unwrap();
             let campaign = Campaign::new(&claim, &place, 60, 3).unwrap();
-            let [a, u] = ["_a", "_u"].map(|name| campaign.predicate(name).unwrap());
-            let whole = campaign.system.whole(a, u);
+            let whole = campaign.system.whole(&campaign.parts);
             let mut seen = Vec::new();
             for mutation in campaign.mutations() {
-                let part = campaign.system.part(campaign.select, mutation.number, a, u);
+                let part = campaign.system.part(&campaign.parts, mutation.number);
                 let [registers, all] = [&part, &whole].map(|of| campaign.system.registers(of).count());
                 assert!(is_joined || registers < all, "{mutation:?}: {registers} of {all} registers");
                 let class = campaign.class_in(&part, mutation.number).unwrap();

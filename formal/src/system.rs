@@ -9,7 +9,7 @@ mod part;
 use std::collections::HashMap;
 use std::fmt::Write;
 
-pub(crate) use part::Part;
+pub(crate) use part::{Part, Parts};
 
 /// A definition or declaration, as text with references to other signals.
 #[derive(Debug, Clone)]

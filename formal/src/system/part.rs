@@ -33,36 +33,53 @@ impl Part {
     }
 }
 
+/// The division of a system, for an input that selects a mutation.
+#[derive(Debug)]
+pub(crate) struct Parts {
+    /// The input that selects.
+    pub(crate) select: usize,
+    /// The predicates of the whole system.
+    properties: usize,
+    assumptions: usize,
+    /// A representative of each signal, which is the same for signals that are joined.
+    representatives: Vec<usize>,
+}
+
 impl System {
-    /// Returns the part that is everything. `properties` and `assumptions` are the predicates of the whole system.
-    pub(crate) fn whole(&self, properties: usize, assumptions: usize) -> Part {
-        let signals = vec![true; self.signals.len()];
-        Part { signals, properties: vec![properties], assumptions: vec![assumptions] }
+    /// Divides the system. `properties` and `assumptions` are its predicates.
+    pub(crate) fn parts(&self, select: usize, properties: usize, assumptions: usize) -> Parts {
+        Parts { select, properties, assumptions, representatives: self.joined(select, assumptions) }
     }
 
-    /// Returns the part that changes if the input `select` has the value `number`: what compares the input with it,
+    /// Returns the part that is everything.
+    pub(crate) fn whole(&self, of: &Parts) -> Part {
+        let signals = vec![true; self.signals.len()];
+        Part { signals, properties: vec![of.properties], assumptions: vec![of.assumptions] }
+    }
+
+    /// Returns the part that changes if the selecting input has the value `number`: what compares the input with it,
     /// what depends on that, and what is joined to these. Yosys removes a mutation that changes nothing, and its part
     /// is empty. It is the whole system if Yosys wrote anything else than comparisons.
-    pub(crate) fn part(&self, select: usize, number: usize, properties: usize, assumptions: usize) -> Part {
+    pub(crate) fn part(&self, of: &Parts, number: usize) -> Part {
         let mut changed = vec![false; self.signals.len()];
-        for (at, body) in self.bodies().filter(|(_, body)| references(body).any(|other| other == select)) {
+        for (at, body) in self.bodies().filter(|(_, body)| references(body).any(|other| other == of.select)) {
             match compared(body) {
                 Some(value) => changed[at] = value == number,
                 // A name of the input.
                 None if is_alias(body) => {}
-                None => return self.whole(properties, assumptions),
+                None => return self.whole(of),
             }
         }
         self.mark_users(&mut changed);
-        let representatives = self.joined(select, assumptions);
         let mut is_in = vec![false; self.signals.len()];
         for at in (0..changed.len()).filter(|at| changed[*at]) {
-            is_in[representatives[at]] = true;
+            is_in[of.representatives[at]] = true;
         }
-        let mut signals: Vec<bool> = representatives.iter().map(|at| is_in[*at]).collect();
+        let mut signals: Vec<bool> = of.representatives.iter().map(|at| is_in[*at]).collect();
         self.registers.iter().filter(|(_, value)| is_constant(value)).for_each(|(at, _)| signals[*at] = true);
-        let of_part = |predicate| self.conjuncts(predicate).into_iter().filter(|at| signals[*at]).collect();
-        Part { properties: of_part(properties), assumptions: of_part(assumptions), signals }
+        let [properties, assumptions] = [of.properties, of.assumptions]
+            .map(|predicate| self.conjuncts(predicate).into_iter().filter(|at| signals[*at]).collect());
+        Part { properties, assumptions, signals }
     }
 
     /// Returns signals with their definitions, and registers with their next values.
@@ -157,8 +174,8 @@ fn is_alias(body: &[Piece]) -> bool {
 mod tests {
     use super::*;
 
-    /// Two registers that count when their own input is set, a third that follows an input that is assumed about, and
-    /// one that enables the properties.
+    /// Two registers that add a free input, or take it with their own mutation; a third that stays what it is, and one
+    /// that enables the properties.
     fn system(assumption: &str, first: &str) -> System {
         let signal =
             |name: &str, sort: &str, body: &str| format!("(define-fun |t{name}| ((state |t_s|)) {sort} {body})\n");
@@ -187,7 +204,7 @@ mod tests {
     /// Returns the registers, properties and assumptions of the part of a mutation.
     fn names(system: &System, number: usize) -> [Vec<&str>; 3] {
         let [select, all, assumed] = ["#sel", "_a", "_u"].map(|name| system.signal(name).unwrap());
-        let part = system.part(select, number, all, assumed);
+        let part = system.part(&system.parts(select, all, assumed), number);
         let name = |at: &usize| system.names.iter().find(|(_, of)| *of == at).map_or("", |(name, _)| &name[1..]);
         let registers = system.registers(&part).map(|at| name(&at)).collect();
         [registers, part.properties.iter().map(name).collect(), part.assumptions.iter().map(name).collect()]
