@@ -18,7 +18,7 @@ use hoverlock_fixed_point::model::threshold::{Maxima, ThresholdController};
 use hoverlock_pictures::Picture;
 use hoverlock_pictures::conditions::{Condition, FOG, NOMINAL};
 use hoverlock_reference::image::plane::Plane;
-use plot::{Curve, Marks, Panel};
+use plot::{Marks, Panel};
 
 /// Frames of each part of a sequence, 2 s; the law's steady state is reached before the first.
 const FRAMES: usize = 30;
@@ -94,22 +94,25 @@ fn by_count(threshold: u32, maxima: &Maxima) -> u32 {
 /// A law: thresholds of the next frame from those of this one.
 type Law<'a> = &'a dyn Fn(&[u32], &[Maxima]) -> Vec<u32>;
 
-/// The features of each scale pair, frame by frame, and the frames in which the picture changes.
-fn follow(views: &BTreeMap<String, Vec<Maxima>>, parts: &[Part], law: Law<'_>) -> (Vec<Vec<u32>>, Vec<usize>) {
+/// The first frame of each part, and the number of frames.
+fn changes(parts: &[Part]) -> Vec<usize> {
+    (0..=parts.len()).map(|end| parts[..end].iter().map(|part| part.2).sum()).collect()
+}
+
+/// The features of each scale pair, frame by frame.
+fn follow(views: &BTreeMap<String, Vec<Maxima>>, parts: &[Part], law: Law<'_>) -> Vec<Vec<u32>> {
     let view = |part: &Part, frame: usize| &views[&key(part, frame % SEEDS)];
     let mut thresholds = vec![KT27.threshold.initial; KT27.pairs()];
     (0..200).for_each(|frame| thresholds = law(&thresholds, view(&parts[0], frame)));
-    let (mut counts, mut changes) = (Vec::new(), Vec::new());
+    let mut counts = Vec::new();
     for part in parts {
-        changes.push(counts.len());
         for frame in 0..part.2 {
             let maxima = view(part, frame);
             counts.push(maxima.iter().zip(&thresholds).map(|(maxima, threshold)| maxima.count(*threshold)).collect());
             thresholds = law(&thresholds, maxima);
         }
     }
-    changes.push(counts.len());
-    (counts, changes)
+    counts
 }
 
 fn key(Part(name, exposure, _): &Part, seed: usize) -> String {
@@ -164,8 +167,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut panels = Vec::new();
     println!("sequence | law | to 15 % | to 25 % | starved | overfull | most");
     for (title, parts) in SEQUENCES {
+        let changes = changes(&parts);
         let laws = [(count, "count"), (distribution, "distribution")].map(|(law, name)| {
-            let (counts, changes) = follow(&views, &parts, law);
+            let counts = follow(&views, &parts, law);
             // Nothing is seen with the lens covered.
             let seen = (1..parts.len()).filter(|part| parts[*part].0 != BLACK);
             let after = |part: usize| &counts[changes[part]..changes[part + 1]];
@@ -178,9 +182,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let overfull = sums.iter().filter(|sum| **sum > RECORD_LIMIT).count();
             let most = sums.iter().max().unwrap_or(&0);
             println!("{title} | {name} | {} | {} | {starved} | {overfull} | {most}", within(TOLERANCE), within(0.25));
-            Curve { counts: sums, changes }
+            sums
         });
-        panels.push(Panel { title, laws });
+        panels.push(Panel { title, changes, laws });
     }
     if let Some(path) = arguments.next() {
         let target = f64::from(KT27.threshold.target) * KT27.pairs() as f64;

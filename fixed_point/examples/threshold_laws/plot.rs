@@ -2,16 +2,11 @@
 
 use std::fmt::Write;
 
-/// The features of a sequence by one law, and the frames in which the picture changes.
-pub struct Curve {
-    pub counts: Vec<usize>,
-    pub changes: Vec<usize>,
-}
-
-/// A sequence with its curves, that of the count first.
+/// A sequence: the frames in which the picture changes, and the features of each frame by both laws, the count first.
 pub struct Panel {
     pub title: &'static str,
-    pub laws: [Curve; 2],
+    pub changes: Vec<usize>,
+    pub laws: [Vec<usize>; 2],
 }
 
 /// Lines that are the same in each panel.
@@ -82,7 +77,7 @@ fn at(features: f64) -> f64 {
 
 fn axes(panel: &Panel, marks: &Marks) -> String {
     let (width, height) = AXES;
-    let frames = panel.laws[0].counts.len();
+    let frames = panel.laws[0].len();
     let across = |frame: usize| width * frame as f64 / frames as f64;
     let [upper, lower] = [1.0, -1.0].map(|side| at(marks.target * (1.0 + side * marks.tolerance)));
     let mut text = format!(
@@ -102,7 +97,7 @@ fn axes(panel: &Panel, marks: &Marks) -> String {
             y + 4.0
         );
     }
-    for &change in &panel.laws[0].changes {
+    for &change in &panel.changes {
         let x = across(change);
         let _ = writeln!(
             text,
@@ -111,7 +106,7 @@ fn axes(panel: &Panel, marks: &Marks) -> String {
             height + 15.0
         );
     }
-    for (Curve { counts, .. }, (_, colour, width)) in panel.laws.iter().zip(LAWS) {
+    for (counts, (_, colour, width)) in panel.laws.iter().zip(LAWS) {
         let points: String = counts
             .iter()
             .enumerate()
