@@ -105,13 +105,11 @@ pub fn check_target(option: &str, path: &Path, endings: &[&str], inputs: &[&Path
     if !endings.contains(&ending) {
         bail!("{option} {name}: the name must end in .{}", endings.join(" or ."));
     }
-    let Ok(there) = fs::metadata(path) else {
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        return match folder.filter(|folder| !folder.is_dir()) {
-            Some(folder) => bail!("{option} {name}: there is no folder {}; make it first", folder.display()),
-            None => Ok(()),
-        };
-    };
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+        bail!("{option} {name}: {} is no folder; make it first, or name another", folder.display());
+    }
+    let Ok(there) = fs::metadata(path) else { return Ok(()) };
     if there.is_dir() {
         bail!("{option} {name}: is a folder; name a file");
     }
