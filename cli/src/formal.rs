@@ -1,6 +1,7 @@
 //! `hoverlock formal`: claims about Verilog, proved for all inputs.
 
 use std::ffi::OsString;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -136,6 +137,7 @@ struct Report<'a> {
 pub fn run(args: &Args) -> Result<Verdict> {
     if let Some(file) = &args.table {
         check_target("--table", file, &["md"], &[])?;
+        earlier(file)?;
     }
     if !args.coverage.is_empty() {
         return coverage::run(args);
@@ -190,8 +192,9 @@ pub fn run(args: &Args) -> Result<Verdict> {
         if subjects.contains(&Subject::Rounding) {
             text += &format!("\n## Worst-case errors\n\n{}", rounding_table(&design)?);
         }
-        text += &second::section_of(file);
-        text += &coverage::section_of(file);
+        let before = earlier(file)?;
+        text += second::section_of(&before);
+        text += coverage::section_of(&before);
         write_file(file, text.as_bytes())?;
     }
     if args.json {
@@ -298,6 +301,17 @@ fn rounding_design(design: &DesignPoint) -> Result<rounding::Design> {
         dog_shift: u32::try_from(design.dog_shift())?,
         dog_bits: design.dog_bits,
     })
+}
+
+/// Returns the results that a file of --table has; empty if there is none.
+///
+/// # Errors
+/// If the file cannot be read, or is not text: what it has would be lost.
+fn earlier(file: &Path) -> Result<String> {
+    match std::fs::read_to_string(file) {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(String::new()),
+        read => read.with_context(|| format!("--table {}: its results cannot be kept; name another file", shown(file))),
+    }
 }
 
 /// Returns a table of the proved bounds beside the largest errors measured.

@@ -200,6 +200,12 @@ fn bad_input_is_one_line_and_status_2() {
     assert_refused(&formal(&["lerps"]), "lerps");
     assert_refused(&formal(&["--table", "/no/such/results.md"]), "/no/such");
     assert_refused(&formal(&["--table", "results.csv"]), ".md");
+    let no_text = folder.path().join("no_text.md");
+    fs::write(&no_text, [0xff, 0xfe]).unwrap();
+    for work in [&["decision"][..], &["--coverage", "decision"], &["decision", "--solver", "z3"]] {
+        assert_refused(&formal(&[work, &["--table", no_text.to_str().unwrap()]].concat()), "no_text.md");
+    }
+    assert_eq!(fs::read(&no_text).unwrap(), [0xff, 0xfe]);
     assert_refused(&formal(&["--coverage", "lerps"]), "lerps");
     assert_refused(&formal(&["--coverage", "rounding"]), "no module");
     assert_refused(&formal(&["--coverage", "lerp", "--mutations", "0"]), "--mutations");

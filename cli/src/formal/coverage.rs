@@ -13,7 +13,7 @@ use hoverlock_formal::rounding::Subject;
 use hoverlock_formal::shipped;
 use serde::Serialize;
 
-use super::{Args, all, design, own_claim, shape, sources, take_not_stated};
+use super::{Args, all, design, earlier, own_claim, shape, sources, take_not_stated};
 use crate::Verdict;
 use crate::output::{print, print_json, quoted, say, shown, verdict, write_file};
 
@@ -241,17 +241,17 @@ impl Score {
     }
 }
 
-/// Returns the section about coverage of a file of results; empty if it has none.
-pub fn section_of(file: &Path) -> String {
-    let text = std::fs::read_to_string(file).unwrap_or_default();
-    text.split_once(SECTION).map_or(String::new(), |(_, section)| format!("{SECTION}{section}"))
+/// Returns the section about coverage of results, which is the last one; empty if they have none.
+pub fn section_of(results: &str) -> &str {
+    results.find(SECTION).map_or("", |at| &results[at..])
 }
 
 /// Enters a score into the section about coverage of a file of results, in place of an earlier one of its claim.
 fn enter(file: &Path, score: &Score) -> Result<()> {
-    let text = std::fs::read_to_string(file).unwrap_or_default();
-    let before = text.split_once(SECTION).map_or(text.as_str(), |(before, _)| before);
-    write_file(file, format!("{before}{}", table(&section_of(file), score)?).as_bytes())
+    let text = earlier(file)?;
+    let section = section_of(&text);
+    let before = &text[..text.len() - section.len()];
+    write_file(file, format!("{before}{}", table(section, score)?).as_bytes())
 }
 
 /// Returns the section with this score in place of an earlier one of its claim, and all holes of claims.

@@ -5,6 +5,7 @@ use std::path::Path;
 use anyhow::Result;
 use hoverlock_formal::prove::{Outcome, Status};
 
+use super::earlier;
 use crate::output::write_file;
 
 /// Head of the section. That about coverage follows.
@@ -23,10 +24,9 @@ fn parts(text: &str) -> (&str, &str, &str) {
     (&text[..start], &text[start..end], &text[end..])
 }
 
-/// Returns the section of a file of results; empty if it has none.
-pub fn section_of(file: &Path) -> String {
-    let text = std::fs::read_to_string(file).unwrap_or_default();
-    parts(&text).1.to_owned()
+/// Returns the section of results; empty if they have none.
+pub fn section_of(results: &str) -> &str {
+    parts(results).1
 }
 
 /// Writes the section: processor times of both solvers for each claim.
@@ -44,7 +44,7 @@ pub fn write(file: &Path, by_yices: &[Outcome], by_other: &[Outcome], limit: f64
         let Some(other) = by_other.iter().find(|other| other.name == own.name) else { continue };
         table += &format!("| `{}` | {} | {} | {:.0} |\n", own.name, time(own), time(other), other.memory_mib);
     }
-    let text = std::fs::read_to_string(file).unwrap_or_default();
+    let text = earlier(file)?;
     let (before, _, after) = parts(&text);
     write_file(file, format!("{before}{table}{after}").as_bytes())
 }
