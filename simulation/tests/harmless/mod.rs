@@ -48,7 +48,14 @@ const ROWS: &str = "what a reset leaves in the rows has left them within 64 step
 const COUNTS: &str = "no frame has 2^19 features: 2^21 pixels, one maximum in 16 at most, two scale pairs";
 const HARMLESS: &[Harmless] = &[
     ("delay(*", RESETS, "", "", POSITION, Later("delay")),
-    ("flag_delay(8)", RESETS, "", "", "flags of ring points, data that come after those of the reset", Later("delay")),
+    (
+        "flag_delay(8)",
+        RESETS,
+        "",
+        "",
+        "flags of ring points, data that come after those of the reset",
+        Later("flag_delay"),
+    ),
     ("ring_taps*", RESETS, "", "", POSITION, Later("*")),
     (
         "ring_taps*",
