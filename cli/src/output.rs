@@ -218,6 +218,11 @@ impl Folder {
         Ok(made)
     }
 
+    /// Creates the folder of a file, and those above it.
+    pub fn holding(file: &Path) -> Result<Self> {
+        Self::new(file.parent().unwrap_or(Path::new("")))
+    }
+
     /// Creates the folder for the results of a verb, and a file in it that names the verb. `files` are names that the
     /// verb will write.
     ///

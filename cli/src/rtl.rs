@@ -111,7 +111,7 @@ fn emit(common: &Common) -> Result<Verdict> {
     let mut batch = Batch::default();
     for file in &files {
         let path = common.path(&design, &out, file);
-        folders.push(Folder::new(path.parent().unwrap_or(Path::new(".")))?);
+        folders.push(Folder::holding(&path)?);
         // A file that has not changed keeps its time, so that no tool processes it again.
         if std::fs::read_to_string(&path).ok().as_ref() != Some(&file.text) {
             batch.add(&path, file.text.as_bytes())?;

@@ -97,7 +97,9 @@ fn bad_places_and_telemetry_are_refused() {
     refused(folder, &["scene", "town", "--at", "0,0,-5"], "above the ground");
     refused(folder, &["scene", "town", "--at", "0,0,nan"], "nan");
     refused(folder, &["scene", "town", "--out", "town.bmp"], "png");
-    hoverlock(folder, &["scene", "field", "--out", "field.png"]);
+    assert_eq!(hoverlock(folder, &["scene", "field"]).status.code(), Some(0), "the folder of the default is made");
+    fs::rename(folder.join("out/scene.png"), folder.join("field.png")).unwrap();
+    fs::remove_dir(folder.join("out")).unwrap();
     refused(folder, &["orthophoto", "field.png", "--telemetry", "absent.csv"], "absent.csv");
     fs::write(folder.join("row.csv"), "roll_deg,pitch_deg,yaw_deg,range_m,fov_deg\n95,0,0,50,50\n").unwrap();
     refused(folder, &["orthophoto", "field.png", "--telemetry", "row.csv"], "row");
