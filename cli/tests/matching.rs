@@ -204,9 +204,8 @@ fn bad_input_is_one_line_and_status_2() {
     refused(&[&good, &good, "--model", "conic"], "conic");
     refused(&[&good, &good, "--features", "sift"], "sift");
     refused(&[&path("narrow.png"), &good, "--features", "rtl"], "narrow.png");
-    let nowhere = path("missing/overlay.png");
-    refused(&[&good, &good, "--overlay", &nowhere], "missing/overlay.png");
-    assert!(!Path::new(&nowhere).exists());
+    refused(&[&good, &good, "--overlay", &path("text.png/overlay.png")], "text.png: cannot be made a folder");
+    refused(&[&good, &path("flat.png"), "--overlay", &path("missing/overlay.png")], "flat.png");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 8, "seven bad pictures and a good one");
 }
 

@@ -7,6 +7,7 @@
 //! | [`ransac`], `robust` | the motion that most pairs agree on, and its last fit |
 //! | [`estimator`], [`estimate`] | matching and search in rounds, and their result |
 //! | [`refine`] | positions refined on the raw frames |
+//! | `standard_error` | the standard error of a motion at a place of the picture |
 //! | [`refusal`], `repeating_ground`, [`sensor_pattern`] | reasons to reject an estimate |
 //! | [`orthophoto`], [`observation`] | camera, attitude and ground, and their standard errors |
 //! | [`pose`], `relief` | displacement in metres, over plane ground and over hills |
@@ -28,3 +29,4 @@ mod relief;
 mod repeating_ground;
 mod robust;
 pub mod sensor_pattern;
+mod standard_error;
