@@ -1,7 +1,7 @@
 //! `hoverlock design`: design files: written, explained, compared, changed.
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::Subcommand;
@@ -10,7 +10,7 @@ use serde::{Serialize, Serializer};
 
 use crate::Verdict;
 use crate::design::Chosen;
-use crate::output::{check_target, print, print_json, quoted, shown, write_file};
+use crate::output::{prepare_target, print, print_json, quoted, say, shown, write_file};
 
 /// Write, explain, compare and change design files.
 ///
@@ -128,12 +128,13 @@ pub fn run(args: &Args) -> Result<Verdict> {
 
 fn new(args: &New) -> Result<()> {
     let design = args.chosen.design()?;
-    check_target("FILE", &args.file, &["toml"], &[])?;
+    let _folder = prepare_target("FILE", &args.file, &["toml"], &[])?;
     if args.file.exists() {
         bail!("{}: the file exists; change it with `hoverlock design set`, or name another", args.file.display());
     }
     let heading = format!("Written by `hoverlock design new{}`.", args.chosen.options());
     write_file(&args.file, design.to_file(&[heading]).as_bytes())?;
+    say_unbuildable(&args.file, &design);
     if args.json {
         return print_json(&Report { design: Some(Keys(design.clone())), keys: Vec::new(), differences: None });
     }
@@ -177,7 +178,7 @@ fn set(args: &Set) -> Result<()> {
     if DesignPoint::shipped(&path.to_string_lossy()).is_some() && !path.exists() {
         bail!("{}: a design that is built in; copy it with `hoverlock design new FILE --design {0}`", path.display());
     }
-    check_target("FILE", path, &["toml"], &[])?;
+    let _folder = prepare_target("FILE", path, &["toml"], &[])?;
     let before = DesignPoint::load(path.as_os_str())?;
     let after = args.changes.iter().try_fold(before.clone(), |design, change| {
         design.with_override(change).with_context(|| path.display().to_string())
@@ -189,6 +190,7 @@ fn set(args: &Set) -> Result<()> {
         bail!("{}: a value that spans several lines cannot be changed; write each on its line", path.display());
     }
     write_file(path, changed.as_bytes())?;
+    say_unbuildable(path, &after);
     if args.json {
         return print_json(&Report {
             design: Some(Keys(after.clone())),
@@ -197,6 +199,13 @@ fn set(args: &Set) -> Result<()> {
         });
     }
     if differences.is_empty() { print("the values are there already\n") } else { print(&lines(&differences)) }
+}
+
+/// Says which constraint of the hardware a design breaks. It still has models, which a report measures.
+fn say_unbuildable(file: &Path, design: &DesignPoint) {
+    if let Err(error) = design.of_hardware().check_buildable() {
+        say(&format!("{}: models, but no Verilog: {error}", shown(file)));
+    }
 }
 
 /// Returns the text of a design file with the value of one key from `design`; a comment behind the value stays.

@@ -56,9 +56,9 @@ pub struct Args {
     budget: Option<u64>,
     #[command(flatten)]
     mission: mission::MissionArgs,
-    /// The folder to write into
-    #[arg(long, value_name = "DIR", default_value = "out/explore")]
-    out: PathBuf,
+    /// The folder to write into. By default out/explore, and out/explore-hover for hover
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
     #[command(flatten)]
     chosen: Chosen,
     #[command(flatten)]
@@ -96,6 +96,14 @@ impl Choice {
     }
 }
 
+impl Args {
+    /// Returns the folder of this search. A search by flights and one on pictures have different files.
+    fn out(&self) -> PathBuf {
+        let default = || if self.objective.objective().is_some() { "out/explore" } else { "out/explore-hover" };
+        self.out.clone().unwrap_or_else(|| default().into())
+    }
+}
+
 /// Time of a search on pictures, s.
 const BUDGET_S: u64 = 600;
 
@@ -112,8 +120,9 @@ pub fn run(args: &Args) -> Result<Verdict> {
     Levels::new(&design)?;
     design.check_buildable()?;
     let (subjects, unfit) = subjects(&expand(&args.images)?, &design, &args.limit)?;
-    let folder = Folder::of(&args.out, "explore", &[PAGE, RESULTS, output::BEST])?;
-    let path = args.out.join(RESULTS);
+    let out = args.out();
+    let folder = Folder::of(&out, "explore", &[PAGE, RESULTS, output::BEST])?;
+    let path = out.join(RESULTS);
     let known = results::read(&path)?;
     let bar = ProgressBar::new(0);
     if let Ok(style) = ProgressStyle::with_template("{bar:24} {pos} of {len} designs  {elapsed}  {msg}") {
@@ -164,7 +173,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let restored =
         format!("{} of {} results are from {}", found.restored, found.restored + found.measured, shown(&path));
     publish(args, folder, &files, (found.restored > 0).then_some(restored), || {
-        summary(&found, &args.out, started.elapsed())
+        summary(&found, &out, started.elapsed())
     })?;
     Ok(found.pass.into())
 }
@@ -202,7 +211,7 @@ fn publish(
     restored: Option<String>,
     summary: impl FnOnce() -> String,
 ) -> Result<()> {
-    write(&args.out, files)?;
+    write(&args.out(), files)?;
     drop(folder);
     restored.iter().for_each(|text| say(text));
     if args.json { print(&files.json) } else { print(&summary()) }

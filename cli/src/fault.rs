@@ -25,7 +25,7 @@ use serde::Serialize;
 
 use crate::Verdict;
 use crate::design::{Chosen, verilog_of};
-use crate::output::{check_target, command, print, print_json, say, shown, write_file};
+use crate::output::{command, prepare_target, print, print_json, say, shown, write_file};
 use crate::picture::{Limit, open};
 use crate::progress::{LogLines, bar, spinning};
 
@@ -268,11 +268,10 @@ struct PerClass {
 pub fn run(args: &Args) -> Result<Verdict> {
     let inputs: Vec<&Path> =
         args.image.iter().chain(&args.other.source).chain(&args.other.stimulus).map(PathBuf::as_path).collect();
-    for (option, path, ending) in [("--csv", &args.csv, "csv"), ("--table", &args.table, "md")] {
-        if let Some(path) = path {
-            check_target(option, path, &[ending], &inputs)?;
-        }
-    }
+    let target = |option, path: &Option<PathBuf>, ending| {
+        path.as_ref().map(|path| prepare_target(option, path, &[ending], &inputs)).transpose()
+    };
+    let _folders = [target("--csv", &args.csv, "csv")?, target("--table", &args.table, "md")?];
     let of_top = |upsets: &Upsets| {
         format!("{} frames, {} features, {} cycles a run", args.own.frames, upsets.features(), upsets.cycles())
     };

@@ -32,7 +32,7 @@ use self::coverage::Drawing;
 use crate::Verdict;
 use crate::choice::between;
 use crate::design::verilog_of;
-use crate::output::{check_target, print, print_json, shown, verdict, write_file};
+use crate::output::{prepare_target, print, print_json, shown, verdict, write_file};
 use crate::progress::LogLines;
 
 mod coverage;
@@ -135,10 +135,11 @@ struct Report<'a> {
 }
 
 pub fn run(args: &Args) -> Result<Verdict> {
-    if let Some(file) = &args.table {
-        check_target("--table", file, &["md"], &[])?;
+    let target = |file: &PathBuf| {
         earlier(file)?;
-    }
+        prepare_target("--table", file, &["md"], &[])
+    };
+    let _folder = args.table.as_ref().map(target).transpose()?;
     if !args.coverage.is_empty() {
         return coverage::run(args);
     }

@@ -34,7 +34,7 @@ use serde::Serialize;
 use crate::Verdict;
 use crate::choice::between;
 use crate::design::Chosen;
-use crate::output::{check_target, print, print_json, verdict, write_file};
+use crate::output::{prepare_target, print, print_json, verdict, write_file};
 use crate::picture::{Limit, open};
 use crate::progress::spinning;
 
@@ -102,7 +102,7 @@ pub struct Args {
     /// Draw both pictures, the matches and the displaced frame into this PNG
     #[arg(long, value_name = "FILE.png")]
     overlay: Option<PathBuf>,
-    /// One JSON object on stdout: ok model homography[9] matches inliers displacement_px[2] displacement_m[2]
+    /// One JSON object on stdout: ok model homography[9] matches inliers displacement_px[2] sigma_px displacement_m[2]
     /// covariance_m2[4] quality rms_px features[2] reason
     #[arg(long)]
     json: bool,
@@ -181,6 +181,8 @@ struct Report {
     matches: usize,
     inliers: usize,
     displacement_px: Option<[f64; 2]>,
+    /// Standard error of the displacement at the centre, both axes together; `None` if the matches do not determine it.
+    sigma_px: Option<f64>,
     /// Displacement of the camera along `X_e` and `Y_e`, m; `None` without telemetry.
     displacement_m: Option<[f64; 2]>,
     /// Covariance of the displacement: xx, xy, yx, yy, m^2.
@@ -193,9 +195,8 @@ struct Report {
 }
 
 pub fn run(args: &Args) -> Result<Verdict> {
-    if let Some(path) = &args.overlay {
-        check_target("--overlay", path, &["png"], &[&args.reference, &args.current])?;
-    }
+    let target = |path: &PathBuf| prepare_target("--overlay", path, &["png"], &[&args.reference, &args.current]);
+    let _folder = args.overlay.as_ref().map(target).transpose()?;
     if [&args.reference, &args.current].iter().all(|path| *path == Path::new("-")) {
         bail!("- stands for standard input, which can be read once; name the other picture as a file");
     }
@@ -230,6 +231,11 @@ pub fn run(args: &Args) -> Result<Verdict> {
         .ok()
         .map(|estimate| refined(estimate.clone(), &reference.luma, &current.luma, estimator.ransac.max_squared_error));
     let homography = motion.as_ref().map(|motion| motion.homography);
+    let centre = centre(&reference.luma);
+    let sigma = match (&motion, &outcome) {
+        (Some(motion), Ok(search)) => motion.standard_error(search, centre),
+        _ => f64::INFINITY,
+    };
     if let Some(path) = &args.overlay {
         let (reference, current) = (&reference.luma, &current.luma);
         let overlay = Overlay { reference, current, pairs: &matched, inliers: &inliers, homography };
@@ -245,20 +251,22 @@ pub fn run(args: &Args) -> Result<Verdict> {
         Some(Err(refused)) => (None, Some(refused.to_string())),
         None => (None, None),
     };
-    let centre = centre(&reference.luma);
+    let quality = motion.as_ref().map_or(0, |motion| motion.quality_within(sigma));
+    let undetermined = (motion.is_some() && quality == 0).then(|| UNDETERMINED.to_owned());
     let report = Report {
-        ok: outcome.is_ok() && refused.is_none(),
+        ok: quality > 0 && refused.is_none(),
         model: name(outcome.as_ref().map_or(wanted, |estimate| estimate.model)),
         homography: homography.map(|h| std::array::from_fn(|i| h[(i / 3, i % 3)])),
         matches: matched.len(),
         inliers: inliers.len(),
         displacement_px: homography.and_then(|h| transfer(&h, centre)).map(|moved| (moved - centre).into()),
+        sigma_px: sigma.is_finite().then_some(sigma),
         displacement_m: pose.map(|pose| pose.displacement.into()),
         covariance_m2: pose.map(|Pose { covariance: c, .. }| [c[(0, 0)], c[(0, 1)], c[(1, 0)], c[(1, 1)]]),
-        quality: outcome.as_ref().map_or(0, |estimate| estimate.quality),
+        quality,
         rms_px: motion.as_ref().map(|motion| motion.rms),
         features: [from.len(), to.len()],
-        reason: outcome.as_ref().err().map(RansacError::to_string).or(refused),
+        reason: outcome.as_ref().err().map(RansacError::to_string).or(undetermined).or(refused),
     };
     if args.json {
         print_json(&report)?;
@@ -281,6 +289,10 @@ fn located(readings: &[Telemetry], pictures: [&Plane<u16>; 2], estimate: &Estima
     let agreeing: Vec<Pair> = estimate.inliers.iter().map(|&i| estimate.pairs[i]).collect();
     Ok(pose::fit(&view(0)?, &view(1)?, &readings[1].sensors, &agreeing, estimate.quality))
 }
+
+/// The reason why matches that agree are no estimate.
+const UNDETERMINED: &str =
+    "the matches that agree do not determine the centre of the picture: they cover too little of it";
 
 /// A threshold that lets every maximum through: the strongest are taken afterwards.
 const ALL: [u32; MAX_PAIRS] = [1; MAX_PAIRS];
@@ -433,12 +445,16 @@ impl Report {
             "features    {} and {}\nmatches     {}{agree}\nquality     {} of 255\n",
             self.features[0], self.features[1], self.matches, self.quality
         );
-        let (Some([dx, dy]), Some(h), Some(rms)) = (self.displacement_px, self.homography, self.rms_px) else {
+        let (Some([dx, dy]), Some(h), Some(rms), Some(sigma), 1..) =
+            (self.displacement_px, self.homography, self.rms_px, self.sigma_px, self.quality)
+        else {
             let reason = self.reason.as_deref().unwrap_or("no estimate");
             return format!("{counts}{}\n", verdict(false, reason));
         };
         format!(
-            "displaced   {dx:+.2} px right, {dy:+.2} px down, at the centre of the picture\n{}{counts}\
+            "displaced   {dx:+.2} px right, {dy:+.2} px down, at the centre of the picture, standard error {sigma:.2} \
+             px\n\
+             {}{counts}\
              residual    {rms:.2} px rms\n\
              {:<10}  {:12.6} {:12.6} {:12.4}\n\
              {:12}{:12.6} {:12.6} {:12.4}\n\

@@ -15,7 +15,7 @@ use serde::Serialize;
 
 use crate::Verdict;
 use crate::choice::between;
-use crate::output::{Folder, check_target, print, print_json, shown, write_file};
+use crate::output::{prepare_target, print, print_json, shown, write_file};
 use crate::picture::{Limit, open};
 
 /// Columns and rows of the places at which the error is evaluated.
@@ -65,8 +65,7 @@ struct Report {
 }
 
 pub fn run(args: &Args) -> Result<Verdict> {
-    let _folder = Folder::holding(&args.out)?;
-    check_target("--out", &args.out, &["png"], &[Path::new(&args.picture), &args.telemetry])?;
+    let _folder = prepare_target("--out", &args.out, &["png"], &[Path::new(&args.picture), &args.telemetry])?;
     let rows = telemetry::read(&args.telemetry, 1)?;
     let Telemetry { attitude, range, field_of_view, .. } = rows[0];
     let picture = open(&args.picture, &args.limit, 1, None)?.luma;

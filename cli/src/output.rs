@@ -97,19 +97,16 @@ pub fn lossy_list<S: Serializer>(paths: &[PathBuf], serializer: S) -> Result<S::
     serializer.collect_seq(paths.iter().map(|path| path.to_string_lossy()))
 }
 
-/// Checks a file that is to be written: its extension is that of its format, its folder exists, it is not a folder or a
-/// device, and it is not one of the inputs.
-pub fn check_target(option: &str, path: &Path, endings: &[&str], inputs: &[&Path]) -> Result<()> {
+/// Checks a file that is to be written: its extension is that of its format, it is not a folder or a device, and it is
+/// not one of the inputs. Makes its folder before the work, and returns it: it goes again if it stays empty.
+pub fn prepare_target(option: &str, path: &Path, endings: &[&str], inputs: &[&Path]) -> Result<Folder> {
     let name = path.display();
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
     if !endings.contains(&ending) {
         bail!("{option} {name}: the name must end in .{}", endings.join(" or ."));
     }
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
-        bail!("{option} {name}: {} is no folder; make it first, or name another", folder.display());
-    }
-    let Ok(there) = fs::metadata(path) else { return Ok(()) };
+    let folder = Folder::holding(path).with_context(|| format!("{option} {name}"))?;
+    let Ok(there) = fs::metadata(path) else { return Ok(folder) };
     if there.is_dir() {
         bail!("{option} {name}: is a folder; name a file");
     }
@@ -121,7 +118,7 @@ pub fn check_target(option: &str, path: &Path, endings: &[&str], inputs: &[&Path
     if inputs.iter().any(same) {
         bail!("{option} {name}: is one of the pictures; name another file");
     }
-    Ok(())
+    Ok(folder)
 }
 
 /// A file that is written under a temporary name in its final folder. It is removed if it is not kept, and by a signal.
@@ -199,6 +196,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
 pub const MARKER: &str = ".hoverlock";
 
 /// A folder to write into. Folders that had to be created are removed again, also by a signal, if they stay empty.
+#[must_use]
 pub struct Folder {
     /// The marker, if it was written now.
     marker: Option<(PathBuf, Pending)>,

@@ -130,7 +130,8 @@ pub fn run(args: &Args) -> Result<Verdict> {
 /// Reads an earlier report.
 fn earlier(path: &Path) -> Result<Baseline> {
     let name = path.display();
-    let text = std::fs::read_to_string(path).with_context(|| format!("--baseline {name}: cannot be read"))?;
+    let text = std::fs::read_to_string(path)
+        .with_context(|| format!("--baseline {name}: cannot be read; name the report.json of a report"))?;
     Baseline::parse(&text).with_context(|| format!("--baseline {name}: not the report.json of a report"))
 }
 

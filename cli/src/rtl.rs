@@ -106,6 +106,9 @@ pub fn run(args: &Args) -> Result<Verdict> {
 
 fn emit(common: &Common) -> Result<Verdict> {
     let (design, out) = common.design()?;
+    if common.out.is_none() && design == *KT27 {
+        check_project(&out)?;
+    }
     let files = emitted(&design)?;
     let mut folders = Vec::new();
     let mut batch = Batch::default();
@@ -129,11 +132,17 @@ fn emit(common: &Common) -> Result<Verdict> {
     Ok(Verdict::Pass)
 }
 
-fn check(common: &Common) -> Result<Verdict> {
-    let (design, out) = common.design()?;
+/// Checks that a folder that was not named is there.
+fn check_project(out: &Path) -> Result<()> {
     if !out.is_dir() {
         bail!("{}: no such folder; run this in the project, or give --out", out.display());
     }
+    Ok(())
+}
+
+fn check(common: &Common) -> Result<Verdict> {
+    let (design, out) = common.design()?;
+    check_project(&out)?;
     let files = emitted(&design)?;
     let is_fresh =
         |file: &&File| std::fs::read_to_string(common.path(&design, &out, file)).is_ok_and(|text| text == file.text);
@@ -145,7 +154,9 @@ fn check(common: &Common) -> Result<Verdict> {
         if common.out.as_deref().is_some_and(|out| out != Path::new("rtl")) {
             mend += &format!(" --out {}", quoted(&out));
         }
-        say(&format!("{} files are stale, {first} first; run `{mend}`", checked.stale.len()));
+        let (stale, more) = (first, checked.stale.len() - 1);
+        let more = if more > 0 { format!(", and {more} more") } else { String::new() };
+        say(&format!("{stale} is stale{more}; run `{mend}`"));
     }
     say_strays(&checked.strays);
     if common.json {

@@ -16,7 +16,7 @@ use serde::Serialize;
 
 use crate::Verdict;
 use crate::choice::between;
-use crate::output::{Folder, check_target, print, print_json, shown, write_file};
+use crate::output::{prepare_target, print, print_json, shown, write_file};
 
 /// Largest tilt of the optical axis from the vertical, degrees: beyond it a wide view has the horizon in it, which the
 /// simulator does not draw.
@@ -72,8 +72,7 @@ struct Report {
 }
 
 pub fn run(args: &Args) -> Result<Verdict> {
-    let _folder = Folder::holding(&args.out)?;
-    check_target("--out", &args.out, &["png"], &[Path::new(&args.scene)])?;
+    let _folder = prepare_target("--out", &args.out, &["png"], &[Path::new(&args.scene)])?;
     let pose = args.pose()?;
     let scene = load_scene(&args.scene)?;
     let renderer = Renderer::new(&scene, args.seed).with_context(|| format!("scene {}", args.scene))?;

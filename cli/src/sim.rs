@@ -18,7 +18,9 @@ use serde::Serialize;
 
 use crate::Verdict;
 use crate::design::{Chosen, verilog_of};
-use crate::output::{Aside, Batch, check_target, lossy, lossy_option, print, print_json, quoted, say, shown, verdict};
+use crate::output::{
+    Aside, Batch, Folder, lossy, lossy_option, prepare_target, print, print_json, quoted, say, shown, verdict,
+};
 use crate::picture::{Limit, open};
 use crate::progress::spinning;
 
@@ -230,6 +232,7 @@ struct WaveFile {
     path: PathBuf,
     format: Trace,
     aside: Aside,
+    _folder: Folder,
 }
 
 /// Largest size of one clock cycle of all signals, bytes, as FST and as VCD. Measured with `hoverlock sim --wave`: 3.5
@@ -240,11 +243,11 @@ impl WaveFile {
     /// Creates the temporary file before anything is simulated.
     fn new(path: &Path, images: &[PathBuf]) -> Result<Self> {
         let inputs: Vec<&Path> = images.iter().map(PathBuf::as_path).collect();
-        check_target("--wave", path, &["fst", "vcd"], &inputs)?;
+        let folder = prepare_target("--wave", path, &["fst", "vcd"], &inputs)?;
         let Some(format) = format_of(path) else {
             bail!("--wave {}: the name must end in .fst or .vcd", path.display())
         };
-        Ok(Self { path: path.into(), format, aside: Aside::new(path)? })
+        Ok(Self { path: path.into(), format, aside: Aside::new(path)?, _folder: folder })
     }
 
     /// Checks that the disk has space for the waves, because the writers do not report a failed write.

@@ -215,7 +215,11 @@ pub struct Unjudged(pub Vec<Unfit>);
 impl fmt::Display for Unjudged {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let reasons: Vec<String> = self.0.iter().map(Unfit::to_string).collect();
-        write!(f, "no picture can judge the design: {}; give pictures with more texture", reasons.join("; "))
+        write!(
+            f,
+            "no picture can judge the design: {}; give larger ones, or ones with more texture",
+            reasons.join("; ")
+        )
     }
 }
 

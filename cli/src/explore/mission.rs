@@ -99,8 +99,9 @@ pub fn run(args: &super::Args) -> Result<Verdict> {
     }
     let seed = args.mission.seed.unwrap_or(1);
     let (scenes, subjects) = scenes(&args.mission.scenes, seed)?;
-    let folder = Folder::of(&args.out, "explore --objective hover", &[PAGE, RESULTS, BEST])?;
-    let (flights, parts) = (args.out.join(FLIGHTS), args.out.join(RESULTS));
+    let out = args.out();
+    let folder = Folder::of(&out, "explore --objective hover", &[PAGE, RESULTS, BEST])?;
+    let (flights, parts) = (out.join(FLIGHTS), out.join(RESULTS));
     let known = Known { flights: results::read(&flights)?, parts: results::read(&parts)? };
     let started = Instant::now();
     let bar = bar(0, "{spinner} {pos} flights  {elapsed}  {msg}");
@@ -145,7 +146,7 @@ pub fn run(args: &super::Args) -> Result<Verdict> {
     let restored =
         format!("{} of {} flights are from {}", found.restored, found.restored + found.flown, shown(&flights));
     publish(args, folder, &files, (found.restored > 0).then_some(restored), || {
-        summary(&found, &args.out, started.elapsed())
+        summary(&found, &out, started.elapsed())
     })?;
     Ok(found.pass.into())
 }
