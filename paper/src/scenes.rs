@@ -94,7 +94,7 @@ pub fn items() -> Result<Vec<Item>, PaperError> {
         stated: "The method is tried over a helipad in mist and over a field.",
         found: format!(
             "Both scenes from {HEIGHT_M:.0} m, as the camera takes them, stretched for display. The command below \
-             flies over them."
+             flies over the first; `--scene field` over the second."
         ),
         holds: None,
         evidence: "hoverlock hover --scene helipad-in-mist",

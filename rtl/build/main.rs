@@ -29,7 +29,8 @@ fn run() -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-env-changed=HOVERLOCK_DESIGN");
     let design = match std::env::var_os("HOVERLOCK_DESIGN").filter(|path| !path.is_empty()) {
         Some(path) => {
-            let path = Path::new(&path);
+            // Cargo runs a build script in the folder of its package; a name is relative to the workspace.
+            let path = &Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path);
             println!("cargo:rerun-if-changed={}", path.display());
             let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
             DesignPoint::from_file(&text)?

@@ -69,7 +69,8 @@ impl Cluster {
             return Ok(());
         }
         let message = last_line(&mut stderr).map_err(failed("the messages of the Python module cannot be read"))?;
-        Err(CampaignError::PythonFailed { scheduler: self.scheduler.clone(), status, message })
+        let python = self.python.to_string_lossy().into_owned();
+        Err(CampaignError::PythonFailed { scheduler: self.scheduler.clone(), python, status, message })
     }
 }
 

@@ -122,10 +122,12 @@ pub enum CampaignError {
         source: io::Error,
     },
     /// The Python module has failed.
-    #[error("Dask {scheduler}: the Python module has failed ({status}): {message}")]
+    #[error("Dask {scheduler}: {python} has failed ({status}): {message}; HOVERLOCK_PYTHON names another Python")]
     PythonFailed {
         /// Address of the scheduler.
         scheduler: String,
+        /// The interpreter.
+        python: String,
         /// Exit status of Python.
         status: ExitStatus,
         /// The last line that the module wrote to stderr.
