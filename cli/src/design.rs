@@ -72,4 +72,23 @@ impl Chosen {
         let path = Path::new(self.design.as_deref().unwrap_or(OsStr::new(SHIPPED[0].0)));
         path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
     }
+
+    /// Returns the name of the design and its changes.
+    pub fn described(&self) -> String {
+        let changes = self.config.iter().map(|change| format!(" --config {}", quoted(Path::new(change))));
+        self.name() + &changes.collect::<String>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_changed_design_is_described_with_its_changes() {
+        let config = vec!["dog_bits=14".into(), "look_ahead=[2,2,2]".into()];
+        let chosen = Chosen { design: Some("designs/small.toml".into()), config };
+        assert_eq!(chosen.described(), "small --config dog_bits=14 --config 'look_ahead=[2,2,2]'");
+        assert_eq!(Chosen { design: None, config: Vec::new() }.described(), "kt27");
+    }
 }

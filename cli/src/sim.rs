@@ -185,7 +185,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
         wave.keep(&design, window)?;
     }
     let verilog = Verilog {
-        design: args.chosen.name(),
+        design: args.chosen.described(),
         folder: folder.to_owned(),
         emission: format!("{:08x}", outcome.emission),
     };
