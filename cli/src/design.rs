@@ -63,8 +63,12 @@ impl Chosen {
     /// Returns the options that choose the design again.
     pub fn options(&self) -> String {
         let design = self.design.iter().map(|design| format!(" --design {}", quoted(Path::new(design))));
-        let config = self.config.iter().map(|change| format!(" --config {}", quoted(Path::new(change))));
-        design.chain(config).collect()
+        design.collect::<String>() + &self.changes()
+    }
+
+    /// Returns the options that change the design.
+    fn changes(&self) -> String {
+        self.config.iter().map(|change| format!(" --config {}", quoted(Path::new(change)))).collect()
     }
 
     /// Returns the name of the design for folders that are named after it.
@@ -75,8 +79,7 @@ impl Chosen {
 
     /// Returns the name of the design and its changes.
     pub fn described(&self) -> String {
-        let changes = self.config.iter().map(|change| format!(" --config {}", quoted(Path::new(change))));
-        self.name() + &changes.collect::<String>()
+        self.name() + &self.changes()
     }
 }
 

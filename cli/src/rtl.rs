@@ -68,7 +68,12 @@ impl Common {
 
     /// Returns the path of an emitted file in the folder `out` of [`Common::design`].
     fn path(&self, design: &DesignPoint, out: &Path, file: &File) -> PathBuf {
-        if self.out.is_none() && *design == *KT27 { project_path(&file.path) } else { out.join(&file.path) }
+        if self.is_project(design) { project_path(&file.path) } else { out.join(&file.path) }
+    }
+
+    /// Is the folder of the project meant?
+    fn is_project(&self, design: &DesignPoint) -> bool {
+        self.out.is_none() && *design == *KT27
     }
 }
 
@@ -106,7 +111,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
 
 fn emit(common: &Common) -> Result<Verdict> {
     let (design, out) = common.design()?;
-    if common.out.is_none() && design == *KT27 {
+    if common.is_project(&design) {
         check_project(&out)?;
     }
     let files = emitted(&design)?;
