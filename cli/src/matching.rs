@@ -181,7 +181,7 @@ struct Report {
     matches: usize,
     inliers: usize,
     displacement_px: Option<[f64; 2]>,
-    /// Standard error of the displacement at the centre, both axes together; `None` if the matches do not determine it.
+    /// Standard error of the displacement at the centre, both axes together.
     sigma_px: Option<f64>,
     /// Displacement of the camera along `X_e` and `Y_e`, m; `None` without telemetry.
     displacement_m: Option<[f64; 2]>,
@@ -230,12 +230,16 @@ pub fn run(args: &Args) -> Result<Verdict> {
         .as_ref()
         .ok()
         .map(|estimate| refined(estimate.clone(), &reference.luma, &current.luma, estimator.ransac.max_squared_error));
-    let homography = motion.as_ref().map(|motion| motion.homography);
     let centre = centre(&reference.luma);
     let sigma = match (&motion, &outcome) {
         (Some(motion), Ok(search)) => motion.standard_error(search, centre),
         _ => f64::INFINITY,
     };
+    let quality = motion.as_ref().map_or(0, |motion| motion.quality_within(sigma));
+    let undetermined = (motion.is_some() && quality == 0).then(|| UNDETERMINED.to_owned());
+    // Nothing is stated of a motion that is no estimate.
+    let motion = motion.filter(|_| quality > 0);
+    let homography = motion.as_ref().map(|motion| motion.homography);
     if let Some(path) = &args.overlay {
         let (reference, current) = (&reference.luma, &current.luma);
         let overlay = Overlay { reference, current, pairs: &matched, inliers: &inliers, homography };
@@ -251,8 +255,6 @@ pub fn run(args: &Args) -> Result<Verdict> {
         Some(Err(refused)) => (None, Some(refused.to_string())),
         None => (None, None),
     };
-    let quality = motion.as_ref().map_or(0, |motion| motion.quality_within(sigma));
-    let undetermined = (motion.is_some() && quality == 0).then(|| UNDETERMINED.to_owned());
     let report = Report {
         ok: quality > 0 && refused.is_none(),
         model: name(outcome.as_ref().map_or(wanted, |estimate| estimate.model)),
@@ -260,7 +262,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
         matches: matched.len(),
         inliers: inliers.len(),
         displacement_px: homography.and_then(|h| transfer(&h, centre)).map(|moved| (moved - centre).into()),
-        sigma_px: sigma.is_finite().then_some(sigma),
+        sigma_px: motion.as_ref().map(|_| sigma),
         displacement_m: pose.map(|pose| pose.displacement.into()),
         covariance_m2: pose.map(|Pose { covariance: c, .. }| [c[(0, 0)], c[(0, 1)], c[(1, 0)], c[(1, 1)]]),
         quality,
@@ -445,8 +447,8 @@ impl Report {
             "features    {} and {}\nmatches     {}{agree}\nquality     {} of 255\n",
             self.features[0], self.features[1], self.matches, self.quality
         );
-        let (Some([dx, dy]), Some(h), Some(rms), Some(sigma), 1..) =
-            (self.displacement_px, self.homography, self.rms_px, self.sigma_px, self.quality)
+        let (Some([dx, dy]), Some(h), Some(rms), Some(sigma)) =
+            (self.displacement_px, self.homography, self.rms_px, self.sigma_px)
         else {
             let reason = self.reason.as_deref().unwrap_or("no estimate");
             return format!("{counts}{}\n", verdict(false, reason));
