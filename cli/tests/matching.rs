@@ -306,3 +306,37 @@ fn unrelated_real_ground_gives_no_estimate() {
         assert_eq!(report["ok"], false, "{} and {}: {report}", reference.display(), current.display());
     }
 }
+
+/// Over a wood the right pairs lie along one border. A surveyor's markers look alike without any overlap.
+#[test]
+#[ignore = "real pictures: neighbours in a wood, and eight pairs of dunes"]
+fn a_wrong_motion_states_a_large_standard_error_or_none() {
+    let Some(data) = data_dir() else {
+        writeln!(
+            std::io::stderr(),
+            "SKIPPED: a_wrong_motion_states_a_large_standard_error_or_none: set HOVERLOCK_DATA to the picture folder"
+        )
+        .expect("stderr is open");
+        return;
+    };
+    let number = |value: &serde_json::Value| value.as_f64().unwrap();
+    let wood = sequence(&data, "forest_flight");
+    assert!(wood.len() >= 3);
+    for pair in &wood {
+        let luma = hoverlock_pictures::Picture::open(&pair.reference).unwrap().luma;
+        let (x, y) = ((luma.width() as f64 - 1.0) / 2.0, (luma.height() as f64 - 1.0) / 2.0);
+        let (expected_x, expected_y) = place(&pair.truth, x, y);
+        let report = json(&[pair.reference.to_str().unwrap(), pair.current.to_str().unwrap()]);
+        let moved = &report["displacement_px"];
+        let miss = (number(&moved[0]) - (expected_x - x)).hypot(number(&moved[1]) - (expected_y - y));
+        let (sigma, quality) = (number(&report["sigma_px"]), number(&report["quality"]));
+        assert!(miss < 5.0 * sigma && (miss < 5.0 || quality < 64.0), "{}: {miss} px, {report}", pair.name);
+    }
+    let dunes = |frame: u32| data.join(format!("sequences/copr_dunes/{frame:02}.png")).to_str().unwrap().to_owned();
+    for (from, to) in [(0, 7), (1, 7), (2, 6), (2, 7)] {
+        for (from, to) in [(from, to), (to, from)] {
+            let report = json(&[&dunes(from), &dunes(to)]);
+            assert!(report["ok"] == false && report["homography"].is_null(), "{from} and {to}: {report}");
+        }
+    }
+}
