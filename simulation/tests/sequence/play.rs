@@ -116,6 +116,17 @@ struct Expected {
     begun: bool,
 }
 
+/// What the last frame that came out may have been.
+#[derive(Debug, Clone, PartialEq)]
+struct Last {
+    set: Set,
+    /// Thresholds, and the features that they found.
+    thresholds: Vec<u32>,
+    maxima: Vec<Maxima>,
+    /// Features that the record limit let through.
+    sent: u32,
+}
+
 struct Player {
     bench: Bench,
     random: ChaCha8Rng,
@@ -128,9 +139,8 @@ struct Player {
     /// Writes to be done, each after some cycles.
     writes: VecDeque<(u64, u32, u32)>,
     frames: VecDeque<Expected>,
-    /// The set of the last frame that came out, its thresholds, the features they found, and how many of those the
-    /// record limit let through.
-    last: Option<(Set, Vec<u32>, Vec<Maxima>, u32)>,
+    /// More than one where several sets give the packet that came out: the next frame may follow any of them.
+    last: Vec<Last>,
     /// Frames that came out since the last reset.
     number: u32,
     closed_until: u64,
@@ -153,7 +163,7 @@ pub fn play(sequence: &Sequence, simulator: &Simulator) -> Outcome<Tally> {
         queued: 0,
         writes: VecDeque::new(),
         frames: VecDeque::new(),
-        last: None,
+        last: Vec::new(),
         number: 0,
         closed_until: 0,
         sink_pause: 0.0,
@@ -378,7 +388,7 @@ impl Player {
             self.may |= FRAME | DROPS | SATURATED | [0, SHORT, LONG, 0, INTERRUPTED][frame.errors as usize];
         }
         self.frames.clear();
-        (self.last, self.number, self.may_drop) = (None, 0, false);
+        (self.last, self.number, self.may_drop) = (Vec::new(), 0, false);
         self.closed_until = 0;
         if reset.hard {
             let cycles = self.random.random_range(1..4);
@@ -410,14 +420,14 @@ impl Player {
         Ok(())
     }
 
-    /// Thresholds of the next frame, if it takes this set.
-    fn thresholds(&self, set: &Set) -> Vec<u32> {
-        match &self.last {
-            Some((before, thresholds, maxima, _)) if before.automatic && set.automatic => {
+    /// Thresholds of a frame that takes this set after another frame.
+    fn thresholds(&self, set: &Set, last: Option<&Last>) -> Vec<u32> {
+        match last {
+            Some(last) if last.set.automatic && set.automatic => {
                 let mut design = self.bench.design.clone();
                 design.threshold.target = set.target;
-                let mut control = ThresholdController::resumed(&design, thresholds);
-                control.finish_frame(maxima);
+                let mut control = ThresholdController::resumed(&design, &last.thresholds);
+                control.finish_frame(&last.maxima);
                 control.thresholds().to_vec()
             }
             _ => set.thresholds.iter().map(|threshold| (threshold & strongest(&self.bench.design)).max(1)).collect(),
@@ -430,9 +440,12 @@ impl Player {
             return fail("trailer", format!("a packet too many: {:08x?}", packet.trailer));
         };
         let mut wrong = None;
-        let previous = self.last.as_ref().map(|(set, ..)| set.clone());
-        for set in frame.sets.iter().filter_map(|set| set.as_ref().or(previous.as_ref())) {
-            let thresholds = self.thresholds(set);
+        let mut found: Vec<(Last, bool)> = Vec::new();
+        let before: Vec<Option<&Last>> =
+            if self.last.is_empty() { vec![None] } else { self.last.iter().map(Some).collect() };
+        for (set, last) in frame.sets.iter().flat_map(|set| before.iter().map(move |last| (set.as_ref(), *last))) {
+            let Some(set) = set.or(last.map(|last| &last.set)) else { continue };
+            let thresholds = self.thresholds(set, last);
             let mut model =
                 Frame::with(&self.bench.design, frame.entered.clone(), &thresholds, set.coefficients.clone());
             model.record_limit = set.record_limit;
@@ -442,19 +455,28 @@ impl Player {
                     if dropped > 0 && !frame.may_drop && features.len() <= 400 {
                         return fail("record", format!("frame {}: {dropped} dropped without need", self.number));
                     }
-                    self.must |= FRAME | [0, SHORT, LONG, 0, INTERRUPTED][frame.errors as usize];
-                    self.must |= if dropped > 0 { DROPS } else { 0 };
-                    self.must |= if model.saturates() { SATURATED } else { 0 };
-                    self.tally.frames += 1;
-                    self.tally.records += packet.records.len() as u64;
-                    self.tally.dropped += u64::from(dropped);
                     let sent = packet.records.len() as u32 + dropped;
-                    self.last = Some((set.clone(), thresholds, model.planes.maxima(), sent));
-                    self.number += 1;
-                    return Ok(());
+                    let this = Last { set: set.clone(), thresholds, maxima: model.planes.maxima(), sent };
+                    if found.iter().all(|(other, _)| *other != this) {
+                        found.push((this, model.saturates()));
+                    }
                 }
                 Err(failure) => wrong = wrong.or(Some(failure)),
             }
+        }
+        if let Some((first, _)) = found.first() {
+            let records = packet.records.len() as u32;
+            let dropped = first.sent - records;
+            self.must |= FRAME | [0, SHORT, LONG, 0, INTERRUPTED][frame.errors as usize];
+            self.must |= if dropped > 0 { DROPS } else { 0 };
+            self.must |= if found.iter().all(|(_, saturates)| *saturates) { SATURATED } else { 0 };
+            self.may |= if found.iter().any(|(_, saturates)| *saturates) { SATURATED } else { 0 };
+            self.tally.frames += 1;
+            self.tally.records += u64::from(records);
+            self.tally.dropped += u64::from(dropped);
+            self.last = found.into_iter().map(|(last, _)| last).collect();
+            self.number += 1;
+            return Ok(());
         }
         match wrong {
             Some(failure) => fail(failure.stage, format!("{}; {} sets are possible", failure.what, frame.sets.len())),
@@ -483,7 +505,7 @@ impl Player {
     fn last_counts(&mut self) -> Outcome {
         let frames = self.cycle(Some(FRAMES))?;
         equal("registers", "frames", self.number, frames)?;
-        if let Some((_, thresholds, _, sent)) = self.last.clone() {
+        if let Some(Last { thresholds, sent, .. }) = self.last.first().cloned() {
             let (features, dropped) = (self.cycle(Some(FEATURES))?, self.cycle(Some(DROPPED))?);
             equal("registers", "features and dropped ones", sent, features + dropped)?;
             for (address, word) in threshold_words([THRESHOLD_NOW, THRESHOLD_NOW_2], &thresholds) {
