@@ -13,6 +13,7 @@ use hoverlock_fixed_point::model::bit_true::BitTrue;
 use hoverlock_fixed_point::model::record::FeatureRecord;
 use hoverlock_fixed_point::model::threshold::ThresholdController;
 use hoverlock_pictures::{Picture, data_dir, demo_dir};
+use hoverlock_reference::image::plane::Plane;
 use hoverlock_registers::record::TWO_PAIR_WORDS;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -35,11 +36,15 @@ struct Parts {
     search: u64,
     pose: u64,
     extraction: u64,
+    refinement: u64,
+    /// Of a stream with pixels. Without them it is in the rest.
+    transfer: u64,
 }
 
 impl Parts {
+    /// All but the transfer of pixels, which lie in memory on a board.
     fn total(&self) -> u64 {
-        self.rest + self.matching + self.search + self.pose + self.extraction
+        self.rest + self.matching + self.search + self.pose + self.extraction + self.refinement
     }
 }
 
@@ -100,8 +105,10 @@ impl Tools {
         let mut frames = Vec::new();
         for line in text.lines().filter_map(|line| line.strip_prefix("icount ")) {
             let counts: Vec<u64> = line.split(' ').map(str::parse).collect::<Result<_, _>>()?;
-            let [rest, matching, search, pose, extraction, ..] = counts[..] else { return Err(line.into()) };
-            frames.push(Parts { rest, matching, search, pose, extraction });
+            let [rest, matching, search, pose, extraction, refinement, transfer, ..] = counts[..] else {
+                return Err(line.into());
+            };
+            frames.push(Parts { rest, matching, search, pose, extraction, refinement, transfer });
         }
         Ok((output.stdout, frames))
     }
@@ -130,7 +137,10 @@ impl Tools {
     fn worst(&self, name: &str, source: &Source) -> Result<(Parts, usize), Box<dyn Error>> {
         let stream = self.work.join(name).with_extension("hln");
         std::fs::write(&stream, source.messages.concat())?;
-        let (lines, frames) = self.counted("hoverlock-nav", &[&stream.to_string_lossy()])?;
+        let (lines, mut frames) = self.counted("hoverlock-nav", &[&stream.to_string_lossy()])?;
+        if !source.has_pixels() {
+            frames.iter_mut().for_each(|frame| frame.rest += std::mem::take(&mut frame.transfer));
+        }
         let estimates = String::from_utf8(lines)?.matches("x_e_m").count();
         let worst = frames.into_iter().max_by_key(Parts::total).ok_or_else(|| format!("{name}: no frame"))?;
         Ok((worst, estimates))
@@ -184,8 +194,8 @@ const SAMPLE_INTERVAL_US: u64 = 5_000;
 const UNPREDICTED_FRAMES: u64 = 30;
 
 /// A hover with samples of the IMU at the frame rate: frames that the filter tracks, with a second keyframe from frame
-/// `renewed` on, and without features between frames `blind`.
-fn hover(frames: u32, renewed: Option<u32>, blind: Range<u32>) -> Source {
+/// `renewed` on, without features between frames `blind`, and with the pixels of a picture in each if there is one.
+fn hover(frames: u32, renewed: Option<u32>, blind: Range<u32>, picture: Option<&Plane<u16>>) -> Source {
     let mut source = Source::default();
     source.send_registers(scene::SIZE.0, scene::SIZE.1).unwrap();
     source.send(message::COMMAND, &Order::Capture.encode()).unwrap();
@@ -200,6 +210,9 @@ fn hover(frames: u32, renewed: Option<u32>, blind: Range<u32>) -> Source {
         if renewed == Some(frame) {
             source.send(message::COMMAND, &Order::Renew.encode()).unwrap();
         }
+        if let Some(picture) = picture {
+            source.send_pixels(frame, picture).unwrap();
+        }
         let seen = if blind.contains(&frame) { Vec::new() } else { at_rest_in(frame) };
         source.send_frame(&Telemetry { time_us, ..telemetry(frame) }, &seen, &[2000; 2]).unwrap();
     }
@@ -213,6 +226,7 @@ fn at_rest_in(frame: u32) -> Vec<FeatureRecord> {
 
 /// The simulated flights: key in `docs/results.json`, name, stream.
 fn flights() -> Vec<(&'static str, &'static str, Source)> {
+    let texture = adversarial::texture();
     vec![
         ("all_found", "all features found again", flight(4, 1, |frame| records(POINTS, frame))),
         ("without_gate", "the same without a gate", flight(4, UNPREDICTED_FRAMES, |frame| records(POINTS, frame))),
@@ -220,9 +234,11 @@ fn flights() -> Vec<(&'static str, &'static str, Source)> {
         ("one_in_ten", "one in ten found again", flight(4, UNPREDICTED_FRAMES, |frame| diluted(frame, 0.316))),
         ("none_found", "none found again", flight(4, UNPREDICTED_FRAMES, |frame| diluted(frame, 0.0))),
         ("one_kind", "one scale and polarity", flight(4, UNPREDICTED_FRAMES, one_kind)),
-        ("tracked", "tracked with the IMU", hover(14, None, 0..0)),
-        ("tracked_twice", "the same, two keyframes", hover(24, Some(10), 0..0)),
-        ("found_again", "found again after 6 s without features", hover(120, None, 12..102)),
+        ("tracked", "tracked with the IMU", hover(14, None, 0..0, None)),
+        ("tracked_twice", "the same, two keyframes", hover(24, Some(10), 0..0, None)),
+        ("found_again", "found again after 6 s without features", hover(120, None, 12..102, None)),
+        ("refined", "tracked with the IMU and the pixels", hover(14, None, 0..0, Some(&texture))),
+        ("refined_twice", "the same, two keyframes", hover(24, Some(10), 0..0, Some(&texture))),
     ]
 }
 
@@ -255,10 +271,10 @@ fn picture() -> Result<Sample, Box<dyn Error>> {
 /// Prints the row of a flight, and adds its lines for `setup/results.py record` to `results`.
 fn row(key: &str, name: &str, parts: &Parts, results: &mut Vec<String>) {
     let million = |count: u64| format!("{:.1}", count as f64 / 1e6);
-    let Parts { rest, matching, search, pose, .. } = *parts;
-    let [rest, matching, search, pose, total] = [rest, matching, search, pose, parts.total()].map(million);
-    println!("| {name} | {matching} | {search} | {pose} | {rest} | {total} |");
-    for (part, count) in [("matching", matching), ("search", search), ("pose", pose), ("rest", rest), ("all", total)] {
+    let Parts { rest, matching, search, pose, refinement, transfer, .. } = *parts;
+    let counts = [matching, search, refinement, pose, rest, parts.total(), transfer].map(million);
+    println!("| {name} | {} |", counts.join(" | "));
+    for (part, count) in ["matching", "search", "refinement", "pose", "rest", "all", "transfer"].iter().zip(counts) {
         results.push(format!("result arm.instructions.{key}.{part}={count}"));
     }
 }
@@ -266,7 +282,10 @@ fn row(key: &str, name: &str, parts: &Parts, results: &mut Vec<String>) {
 fn run() -> Result<(), Box<dyn Error>> {
     let tools = Tools::find()?;
     println!("Million instructions of the worst frame of each flight, 1024 features a side:\n");
-    println!("| flight | matching | search | pose | rest | all |\n|---|---|---|---|---|---|");
+    println!(
+        "| flight | matching | search | refinement | pose | rest | all | transfer of pixels |\n\
+         |---|---|---|---|---|---|---|---|"
+    );
     let mut worst: Option<(String, Parts)> = None;
     let mut typical = None;
     let mut results = Vec::new();
@@ -293,7 +312,10 @@ fn run() -> Result<(), Box<dyn Error>> {
         None => println!("\nWithout the real sequences: set HOVERLOCK_DATA."),
     }
     println!("\nFeatures in shapes that make loops long, and long gaps:\n");
-    println!("| shape | matching | search | pose | rest | all |\n|---|---|---|---|---|---|");
+    println!(
+        "| shape | matching | search | refinement | pose | rest | all | transfer of pixels |\n\
+         |---|---|---|---|---|---|---|---|"
+    );
     for (name, source) in adversarial::worst() {
         let (parts, estimates) = tools.worst(name, &source)?;
         row("shapes", &format!("{name} ({estimates} estimates)"), &parts, &mut Vec::new());

@@ -4,13 +4,21 @@
 //! [`MAX_FRAMES_PER_SIGHTING`] frames that should show it does: features of cars are not, though one or another passes
 //! by the place. Each has its own covariance of residuals, so that a feature which slides along an edge, or belongs to
 //! a crown of leaves, loses weight in that direction alone.
+//!
+//! The strongest feature of each of 256 squares of a keyframe has a template, if the pixels of the
+//! keyframe came with it. Where it is matched in a frame whose pixels came too, the template is refined from the
+//! position of the match ([`hoverlock_fixed_point::refinement`]), and the sighting is that of the patch: a tenth of a
+//! pixel where that of a feature has four. Its residuals have a covariance of their own.
 
 use crate::filter::{Filter, Prediction, Sighting};
 use crate::line::MIN_FEATURES;
+use hoverlock_fixed_point::refinement::Template;
 use hoverlock_reference::features::feature::Feature;
+use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::budget::Budget;
+use hoverlock_reference::motion::model::derivative;
 use hoverlock_reference::motion::orthophoto::Camera;
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{Matrix2, Matrix3, Vector2};
 
 /// Good sightings after which a landmark may be proven.
 const MIN_GOOD_SIGHTINGS: u32 = 3;
@@ -26,10 +34,22 @@ const COMPARISONS_PER_INLIER: usize = 50;
 const AVERAGED_SIGHTINGS: u32 = 16;
 /// Factor of the covariance of residuals.
 const RESIDUAL_FACTOR: f64 = 3.0;
-/// Standard error of a sighting of a landmark without a history, px.
+/// Standard error of a sighting of a landmark without a history, px, refined or not: relief and lens move it.
 const NEW_SIGMA_PX: f64 = 0.5;
 /// Smallest standard error of a sighting of a landmark with a history, px.
 const MIN_SIGMA_PX: f64 = 0.25;
+/// Templates of a keyframe at most.
+const MAX_TEMPLATES: usize = 256;
+/// Side of the squares of a keyframe that have a template each, px, at least.
+const MIN_TEMPLATE_SPACING_PX: usize = 48;
+/// Patches that are refined in a frame at most.
+pub const MAX_REFINED: usize = 100;
+/// Patches that were refined in a frame, from which on landmarks without a template take turns in the next.
+const MIN_REFINED: usize = 30;
+/// Landmarks without a template that are then matched in a frame, about.
+const TRIED_OTHERS: usize = 256;
+/// Smallest standard error of a refined sighting, px.
+const MIN_REFINED_SIGMA_PX: f64 = 0.05;
 /// Radius of the gate, in standard deviations.
 const GATE_SIGMAS: f64 = 3.5;
 /// Largest radius of the gate, px. A prediction that is less certain needs the search.
@@ -50,6 +70,10 @@ pub const COMPARISON_WORK: usize = 14;
 pub const SIGHTED_WORK: usize = 20;
 /// Work units of a sighting in the vote.
 pub const VOTED_WORK: usize = 64;
+/// Work units of cutting a template.
+pub const TEMPLATE_WORK: usize = 2_100;
+/// Work units of refining a patch.
+pub const REFINED_WORK: usize = 3_300;
 
 /// A feature of a keyframe with its history.
 #[derive(Debug, Clone, Copy, Default)]
@@ -58,7 +82,23 @@ struct Landmark {
     good: u32,
     /// Frames that should show it.
     expected: u32,
+    /// Mean square of the residuals of its features.
     residual: Matrix2<f64>,
+    /// Good sightings of its template, and the mean square of their residuals.
+    refined: u32,
+    refined_residual: Matrix2<f64>,
+    /// Index of its template.
+    template: Option<u16>,
+}
+
+impl Landmark {
+    /// Returns the covariance of a refined sighting beside that of its noise, px^2.
+    fn refined_covariance(&self) -> Matrix2<f64> {
+        if self.refined < MIN_GOOD_SIGHTINGS {
+            return Matrix2::identity() * (NEW_SIGMA_PX * NEW_SIGMA_PX);
+        }
+        Matrix2::identity() * (MIN_REFINED_SIGMA_PX * MIN_REFINED_SIGMA_PX) + self.refined_residual * RESIDUAL_FACTOR
+    }
 }
 
 /// An earlier frame with its features.
@@ -69,11 +109,18 @@ pub struct Keyframe {
     pub camera: Camera,
     /// Features, at most the capacity.
     pub features: Vec<Feature>,
-    /// Largest number of inliers of a frame.
-    pub best_inliers: usize,
+    /// Largest share, over frames, of the matched landmarks whose sightings agree.
+    pub best_share: f64,
+    /// Enough patches were refined in the last frame that most landmarks without a template can take turns.
+    takes_turns: bool,
+    /// Frames that it was found in.
+    turn: usize,
+    /// Work units of the last frame in which it was tracked.
+    pub work: u64,
     /// Count of keyframes before this one.
     pub age: u64,
     landmarks: Vec<Landmark>,
+    templates: Vec<Template>,
 }
 
 impl Keyframe {
@@ -83,9 +130,13 @@ impl Keyframe {
             frame: None,
             camera: Camera::default(),
             features: Vec::with_capacity(features),
-            best_inliers: 0,
+            best_share: 0.0,
+            takes_turns: false,
+            turn: 0,
+            work: 0,
             age: 0,
             landmarks: Vec::with_capacity(features),
+            templates: Vec::with_capacity(MAX_TEMPLATES),
         }
     }
 
@@ -93,21 +144,100 @@ impl Keyframe {
     pub fn fill(&mut self, frame: Option<u32>, camera: Camera, features: &[Feature], age: u64) {
         self.frame = frame;
         self.camera = camera;
-        self.best_inliers = 0;
+        (self.best_share, self.takes_turns, self.turn) = (0.0, false, 0);
         self.age = age;
         self.features.clear();
         self.features.extend_from_slice(features);
         self.landmarks.clear();
         self.landmarks.resize(features.len(), Landmark::default());
+        self.templates.clear();
+    }
+
+    /// Cuts the templates from the pixels of the keyframe, as many as `budget` pays for. `strongest` is memory.
+    pub fn cut_templates(&mut self, pixels: &Plane<u16>, strongest: &mut Vec<Option<usize>>, budget: &mut Budget) {
+        let squares = |side: usize| [pixels.width().div_ceil(side), pixels.height().div_ceil(side)];
+        let mut side = MIN_TEMPLATE_SPACING_PX;
+        while squares(side).iter().product::<usize>() > MAX_TEMPLATES {
+            side += 1;
+        }
+        let [columns, rows] = squares(side);
+        strongest.clear();
+        strongest.resize(columns * rows, None);
+        for (index, feature) in self.features.iter().enumerate() {
+            let [x, y] = [feature.x, feature.y].map(|v| v as usize / side);
+            let Some(best) = strongest.get_mut(columns * y + x) else { continue };
+            if best.is_none_or(|best: usize| self.features[best].response < feature.response) {
+                *best = Some(index);
+            }
+        }
+        for landmark in strongest.iter().flatten().copied() {
+            if !budget.spend(TEMPLATE_WORK) {
+                break;
+            }
+            let [x, y] = position(&self.features[landmark]).map(|v| v.round() as usize).into();
+            if let Some(template) = Template::cut(pixels, x, y) {
+                self.landmarks[landmark].template = Some(self.templates.len() as u16);
+                self.templates.push(template);
+            }
+        }
+        self.takes_turns = self.templates.len() >= 2 * MIN_REFINED;
+    }
+
+    /// Refines sightings that count and have a template, at most `most`, evenly chosen, and returns the number of
+    /// patches that were tried. `homography` maps the keyframe to the present frame, near enough for the warp of a
+    /// patch.
+    pub fn refine(
+        &mut self,
+        sightings: &mut [Sighting],
+        pixels: &Plane<u16>,
+        homography: &Matrix3<f64>,
+        most: usize,
+    ) -> usize {
+        let has_template =
+            |sighting: &&mut Sighting| sighting.counts && self.landmarks[sighting.landmark].template.is_some();
+        let count = sightings.iter_mut().filter(has_template).count();
+        let (mut tried, mut found) = (0, 0);
+        if most == 0 || count == 0 {
+            return 0;
+        }
+        for sighting in sightings.iter_mut().filter(has_template).step_by(count.div_ceil(most)) {
+            tried += 1;
+            let landmark = &self.landmarks[sighting.landmark];
+            let Some(template) = landmark.template.and_then(|index| self.templates.get(usize::from(index))) else {
+                continue;
+            };
+            let centre = template.centre();
+            let Some(warp) = derivative(homography, centre) else { continue };
+            let start = sighting.current + warp * (centre - sighting.reference);
+            let Some(refined) = template.refine(pixels, start, &warp) else { continue };
+            sighting.reference = centre;
+            sighting.current = refined.position;
+            sighting.covariance = refined.covariance + landmark.refined_covariance();
+            sighting.is_refined = true;
+            found += 1;
+        }
+        self.takes_turns = found >= MIN_REFINED;
+        tried
     }
 
     /// Returns the covariance of a sighting of a landmark, px^2.
     pub fn sighting_covariance(&self, landmark: usize) -> Matrix2<f64> {
-        let Landmark { good, residual, .. } = self.landmarks[landmark];
-        if good < MIN_GOOD_SIGHTINGS {
+        let Landmark { good, refined, residual, .. } = self.landmarks[landmark];
+        if good - refined < MIN_GOOD_SIGHTINGS {
             return Matrix2::identity() * (NEW_SIGMA_PX * NEW_SIGMA_PX);
         }
         Matrix2::identity() * (MIN_SIGMA_PX * MIN_SIGMA_PX) + residual * RESIDUAL_FACTOR
+    }
+
+    /// Returns the landmarks that are matched in the next frame: all of them, or, if enough patches were refined in the
+    /// last one, those that have a template and the others in turn.
+    pub fn tried(&self) -> impl Iterator<Item = usize> {
+        let others = self.features.len() - self.templates.len();
+        let step = if !self.takes_turns { 1 } else { others.div_ceil(TRIED_OTHERS).max(1) };
+        let landmarks = self.landmarks.iter().enumerate();
+        let tried = landmarks
+            .filter(move |(index, landmark)| landmark.template.is_some() || (index + self.turn).is_multiple_of(step));
+        tried.map(|(index, _)| index)
     }
 
     /// Returns `true` if a landmark was seen often enough at its place.
@@ -116,19 +246,27 @@ impl Keyframe {
         good >= MIN_GOOD_SIGHTINGS && good.saturating_mul(MAX_FRAMES_PER_SIGHTING) >= expected
     }
 
-    /// Updates the landmarks by the sightings of a frame that was fitted to `inliers` of them, and by what
-    /// [`match_predicted`] expected in it, if it was called.
-    pub fn learn(&mut self, sightings: &[Sighting], inliers: usize, expected: &[Option<Prediction>]) {
-        self.best_inliers = self.best_inliers.max(inliers);
+    /// Updates the landmarks by the sightings of a frame, in which `share` of those that were matched agree, and by
+    /// what [`match_predicted`] expected in it, if it was called.
+    pub fn learn(&mut self, sightings: &[Sighting], share: f64, expected: &[Option<Prediction>]) {
+        self.best_share = self.best_share.max(share);
+        self.turn += 1;
         for (landmark, _) in self.landmarks.iter_mut().zip(expected).filter(|(_, prediction)| prediction.is_some()) {
             landmark.expected = landmark.expected.saturating_add(1);
         }
         for sighting in sightings.iter().filter(|sighting| sighting.is_consistent()) {
             let landmark = &mut self.landmarks[sighting.landmark];
             landmark.good += 1;
-            let share = 1.0 / f64::from(landmark.good.min(AVERAGED_SIGHTINGS));
+            let Landmark { good, residual, refined, refined_residual, .. } = landmark;
+            let (count, mean) = if sighting.is_refined {
+                *refined += 1;
+                (*refined, refined_residual)
+            } else {
+                (*good - *refined, residual)
+            };
+            let share = 1.0 / f64::from(count.min(AVERAGED_SIGHTINGS));
             let square = sighting.residual * sighting.residual.transpose();
-            landmark.residual += (square - landmark.residual) * share;
+            *mean += (square - *mean) * share;
         }
     }
 }
@@ -140,6 +278,10 @@ pub struct MatchMemory {
     /// For each feature of the present frame, the landmark that resembles it most.
     taken: Vec<Option<(u32, usize)>>,
     shifts: Vec<Vector2<f64>>,
+    /// The strongest feature of each square of a keyframe.
+    pub strongest: Vec<Option<usize>>,
+    /// Landmarks that were matched.
+    pub tried: usize,
     /// The sightings of the last matching.
     pub sightings: Vec<Sighting>,
 }
@@ -151,6 +293,8 @@ impl MatchMemory {
             predicted: Vec::with_capacity(features),
             taken: Vec::with_capacity(features),
             shifts: Vec::with_capacity(features),
+            strongest: Vec::with_capacity(features),
+            tried: 0,
             sightings: Vec::with_capacity(features),
         }
     }
@@ -177,19 +321,21 @@ pub fn match_predicted(
 ) -> Option<usize> {
     let middle = keyframe.camera.last_pixel() / 2.0;
     let mut is_uncertain = false;
-    filter.images(k, [&keyframe.camera, camera], std::iter::once(middle), |_, prediction| {
+    filter.images(k, [&keyframe.camera, camera], std::iter::once((0, middle)), |_, prediction| {
         let reach = gate_reach(&prediction.covariance);
         is_uncertain = reach[0].max(reach[1]) > MAX_GATE_PX;
     });
-    let fixed = LANDMARK_WORK * keyframe.features.len() + SIGHTED_WORK * current.len();
+    memory.tried = keyframe.tried().count();
+    let fixed = LANDMARK_WORK * memory.tried + SIGHTED_WORK * current.len();
     if is_uncertain || !budget.spend(fixed) {
         return None;
     }
-    let MatchMemory { predicted, taken, shifts, sightings } = memory;
+    let MatchMemory { predicted, taken, shifts, sightings, .. } = memory;
     let last = camera.last_pixel();
     predicted.clear();
     predicted.resize(keyframe.features.len(), None);
-    filter.images(k, [&keyframe.camera, camera], keyframe.features.iter().map(position), |landmark, prediction| {
+    let pixels = keyframe.tried().map(|landmark| (landmark, position(&keyframe.features[landmark])));
+    filter.images(k, [&keyframe.camera, camera], pixels, |landmark, prediction| {
         if (0.0..=last.x).contains(&prediction.image.x) && (0.0..=last.y).contains(&prediction.image.y) {
             predicted[landmark] = Some(prediction);
         }
@@ -257,6 +403,7 @@ pub fn match_predicted(
             current: position(&current[index]),
             covariance: keyframe.sighting_covariance(*landmark),
             counts: keyframe.is_proven(*landmark),
+            is_refined: false,
             chi2: 0.0,
             residual: Vector2::zeros(),
         });

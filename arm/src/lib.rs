@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`framing`] | delimits messages on a byte stream that may lose or corrupt bytes |
 //! | [`message`] | encodes and decodes the messages |
+//! | [`pixels`] | gathers the pixels of the present frame |
 //! | [`hardware`] | register addresses of the FPGA, and the check that it is the one this program was built for |
 //! | [`bus`] | registers by byte address, mapped from a device |
 //! | [`setup`] | checks, configures and enables the FPGA |
@@ -30,6 +31,7 @@ pub mod line;
 pub mod mavlink;
 pub mod message;
 pub mod navigator;
+pub mod pixels;
 pub mod setup;
 pub mod source;
 mod tracker;

@@ -5,6 +5,7 @@ use hoverlock_arm::framing::Decoder;
 use hoverlock_arm::hardware::{Fpga, Size};
 use hoverlock_arm::line::Line;
 use hoverlock_arm::mavlink;
+use hoverlock_arm::message::PIXELS;
 use hoverlock_arm::navigator::{Navigator, Next};
 use hoverlock_arm::setup::{Thresholds, set_up};
 use hoverlock_reference::motion::mark::{Part, mark};
@@ -199,16 +200,20 @@ fn navigate(source: &mut impl Read, mut camera: Option<File>, mut output: Output
     let mut decoder = Decoder::default();
     let mut navigator = Navigator::default();
     let mut messages = false;
-    mark(Part::Frame);
     'stream: loop {
+        mark(Part::Transfer);
         let more = decoder.read(source).map_err(|error| format!("reading the stream: {error}"))?;
         while let Some(raw) = decoder.message() {
             messages = true;
+            if raw.kind != PIXELS {
+                mark(Part::Frame);
+            }
             let next = navigator.take(&raw, &mut |line| {
                 output.write(line);
                 mark(Part::End);
                 mark(Part::Frame);
             });
+            mark(Part::Transfer);
             let next = next.map_err(|error| error.to_string())?;
             if let (Some(word), Some(camera)) = (navigator.camera_word().map_err(|e| e.to_string())?, &mut camera) {
                 camera.write_all(&word.to_le_bytes()).map_err(|error| format!("writing to the camera: {error}"))?;

@@ -7,6 +7,7 @@
 //! | 3 | frame | the records of a packet as the hardware emits them, eight or ten `u32` each, the trailer last |
 //! | 4 | command | `u32`: 1 capture a reference, 2 wide view, 3 narrow view, 4 stop, 5 renew the reference |
 //! | 5 | inertial | samples of the IMU, each a `u64` time in microseconds and six `f64`, see below |
+//! | 6 | pixels | `u32` frame, `u16` first row, `u16` rows, then the rows of the frame, `u16` each pixel, see below |
 //!
 //! The eight numbers: roll, pitch, yaw (radians), range (m), field of view (radians), and the standard errors of tilt,
 //! heading (radians) and range (m). Telemetry holds the sensor readings at the exposure of the frame with that number:
@@ -17,10 +18,16 @@
 //! The six numbers of a sample: angular velocity (rad/s) about and specific force (acceleration minus gravity, m/s^2)
 //! along the camera's axes, at the time at which they were measured. The samples up to a frame are sent before its
 //! telemetry, 100 to 200 of them a second. They are optional.
+//!
+//! Pixels are those that the camera sends, full scale 65535. The rows of a frame come in order, in as many messages as
+//! they need, before its records; an odd number of pixels is followed by a zero. They are optional: where they lie in
+//! memory that FPGA and processor share, the program refines positions on them, and without them it takes those of the
+//! records.
 
 use crate::framing::MAX_PAYLOAD_BYTES;
 use hoverlock_fixed_point::model::record::FeatureRecord;
 use hoverlock_reference::features::feature::MAX_PAIRS;
+use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::Attitude;
 use hoverlock_registers::record::{
@@ -37,6 +44,9 @@ pub const FRAME: u32 = 3;
 pub const COMMAND: u32 = 4;
 /// Kind of a message with samples of the IMU.
 pub const INERTIAL: u32 = 5;
+
+/// Kind of a message with rows of pixels.
+pub const PIXELS: u32 = 6;
 
 /// Size of the shorter record, that of one or two scale pairs.
 pub const MIN_RECORD_BYTES: usize = 4 * TWO_PAIR_WORDS;
@@ -223,6 +233,58 @@ pub fn encode_inertial(samples: &[InertialSample]) -> Vec<u8> {
     let values = |sample: &InertialSample| sample.rates.into_iter().chain(sample.force);
     let bytes = |sample| values(sample).flat_map(f64::to_le_bytes).collect::<Vec<u8>>();
     samples.iter().flat_map(|sample| sample.time_us.to_le_bytes().into_iter().chain(bytes(sample))).collect()
+}
+
+/// Size of what precedes the pixels in a message.
+const STRIP_HEADER_BYTES: usize = 8;
+
+/// Rows of a frame, borrowed from a payload.
+#[derive(Debug, Clone, Copy)]
+pub struct Strip<'a> {
+    /// Number of the frame, as in its trailer.
+    pub frame: u32,
+    /// Index of the first row.
+    pub first_row: usize,
+    /// Number of rows.
+    pub rows: usize,
+    samples: &'a [u8],
+}
+
+impl<'a> Strip<'a> {
+    /// Reads a payload of rows that have `columns` pixels.
+    ///
+    /// # Errors
+    /// If its length is not that of its rows.
+    pub fn parse(payload: &'a [u8], columns: usize) -> Result<Self, MessageError> {
+        let wrong = MessageError::Length { kind: PIXELS, bytes: payload.len() };
+        let (header, samples) = payload.split_at_checked(STRIP_HEADER_BYTES).ok_or(wrong)?;
+        let rows = (word(header, 1) >> 16) as usize;
+        let bytes = 2 * rows * columns;
+        if samples.len() != bytes.next_multiple_of(4) {
+            return Err(wrong);
+        }
+        let first_row = (word(header, 1) & 0xffff) as usize;
+        Ok(Self { frame: word(header, 0), first_row, rows, samples: &samples[..bytes] })
+    }
+
+    /// Returns the pixels in raster order.
+    pub fn pixels(&self) -> impl Iterator<Item = u16> + use<'a> {
+        self.samples.chunks_exact(2).map(|bytes| u16::from_le_bytes([bytes[0], bytes[1]]))
+    }
+}
+
+/// Encodes a frame of at most 65535 rows as the payloads of messages with rows of pixels.
+pub fn encode_pixels(frame: u32, picture: &Plane<u16>) -> Vec<Vec<u8>> {
+    let columns = picture.width();
+    let rows = ((MAX_PAYLOAD_BYTES - STRIP_HEADER_BYTES) / (2 * columns.max(1))).max(1);
+    let strip = |(index, samples): (usize, &[u16])| {
+        let place = ((samples.len() / columns) << 16) | (index * rows);
+        let mut payload: Vec<u8> = [frame, place as u32].into_iter().flat_map(u32::to_le_bytes).collect();
+        payload.extend(samples.iter().flat_map(|pixel| pixel.to_le_bytes()));
+        payload.resize(payload.len().next_multiple_of(4), 0);
+        payload
+    };
+    picture.as_slice().chunks(rows * columns).enumerate().map(strip).collect()
 }
 
 /// Thresholds of the scale pairs in a trailer.
@@ -430,8 +492,11 @@ mod tests {
     proptest! {
         /// No payload makes a reader panic.
         #[test]
-        fn any_payload_is_read_or_refused(payload in prop::collection::vec(any::<u8>(), 0..200)) {
+        fn any_payload_is_read_or_refused(
+            payload in prop::collection::vec(any::<u8>(), 0..200), columns in 0..70_000usize,
+        ) {
             let _ = Telemetry::parse(&payload);
+            let _ = Strip::parse(&payload, columns).map(|strip| strip.pixels().count());
             let _ = Command::parse(&payload);
             if let Ok(block) = Registers::parse(&payload) {
                 block.get(0);
@@ -465,6 +530,24 @@ mod tests {
         let payload: Vec<u8> =
             words.iter().flat_map(|w| w.to_le_bytes()).chain(payload[MIN_RECORD_BYTES..].iter().copied()).collect();
         assert!(Frame::parse(&payload).unwrap().features().eq([Err(MessageError::Record(0))]));
+    }
+
+    proptest! {
+        /// The rows of a frame are those that were encoded, in order, and no other length of a row reads them.
+        #[test]
+        fn rows_of_pixels_are_read_as_they_were_sent(width in 1..5000usize, height in 1..80usize, seed: u16) {
+            let picture = Plane::from_fn(width, height, |x, y| (x * 31 + y * 7) as u16 ^ seed);
+            let (mut pixels, mut next) = (Vec::new(), 0);
+            for payload in encode_pixels(9, &picture) {
+                prop_assert!(payload.len() <= MAX_PAYLOAD_BYTES && payload.len().is_multiple_of(4));
+                let strip = Strip::parse(&payload, width).unwrap();
+                prop_assert_eq!((strip.frame, strip.first_row), (9, next));
+                next += strip.rows;
+                pixels.extend(strip.pixels());
+                prop_assert!(Strip::parse(&payload, width + 2).is_err());
+            }
+            prop_assert_eq!((next, pixels), (height, picture.into_vec()));
+        }
     }
 
     proptest! {

@@ -13,7 +13,8 @@ use crate::framing::RawMessage;
 use crate::hardware::{self, Fpga, HardwareError, Size};
 use crate::line::{Estimate, Line, Reason, Status};
 use crate::message::{self, Command, Frame, Inertial, MessageError, Registers, Telemetry};
-use crate::tracker::Tracker;
+use crate::pixels::Pixels;
+use crate::tracker::{Seen, Tracker};
 use hoverlock_fixed_point::model::record::FeatureRecord;
 use hoverlock_reference::features::feature::Feature;
 use hoverlock_reference::motion::budget::{Budget, UNIT_INSTRUCTIONS};
@@ -87,6 +88,7 @@ pub struct Navigator {
     records: Vec<FeatureRecord>,
     /// The features of the present frame.
     current: Vec<Feature>,
+    pixels: Option<Pixels>,
     work: u64,
 }
 
@@ -119,6 +121,7 @@ impl Navigator {
             tracker: Tracker::with_capacity(MAX_FEATURES),
             records: Vec::with_capacity(crate::framing::MAX_PAYLOAD_BYTES / message::MIN_RECORD_BYTES),
             current: Vec::with_capacity(MAX_FEATURES),
+            pixels: None,
             work,
         }
     }
@@ -170,6 +173,8 @@ impl Navigator {
                 }
                 Err(_) => true,
             },
+            // Before the registers their size is not known.
+            message::PIXELS => self.pixels.as_mut().is_none_or(|pixels| pixels.take(raw.payload).is_err()),
             message::COMMAND => match Command::parse(raw.payload) {
                 Ok(Command::Stop) => {
                     self.finish(out);
@@ -207,6 +212,7 @@ impl Navigator {
             self.tracker.clear();
         }
         self.size = Some(size);
+        self.pixels = Some(Pixels::with_size(size.width.into(), size.height.into()));
         self.telemetry = [None; HISTORY_MESSAGES];
         self.seen = [None; HISTORY_MESSAGES];
         self.tracker.restart_clock();
@@ -325,11 +331,13 @@ impl Navigator {
         let size = self.size.ok_or(Reason::Registers)?;
         let camera =
             Camera::with_field_of_view(usize::from(size.width), usize::from(size.height), telemetry.field_of_view)?;
+        let pixels = self.pixels.as_ref().zip(frame).and_then(|(pixels, number)| pixels.of_frame(number));
+        let seen = Seen { frame, telemetry, camera, features: &self.current, pixels };
         if self.capture {
-            self.tracker.capture(frame, telemetry, camera, &self.current, budget)?;
+            self.tracker.capture(&seen, budget)?;
             (self.capture, self.renew) = (false, false);
             return Ok(None);
         }
-        self.tracker.estimate(frame, telemetry, camera, &self.current, &mut self.renew, budget).map(Some)
+        self.tracker.estimate(&seen, &mut self.renew, budget).map(Some)
     }
 }

@@ -2,13 +2,15 @@
 
 use crate::framing::{PayloadError, encode};
 use crate::hardware::{EMISSION, IDENTIFICATION, VERSION, registers};
-use crate::message::{self, Telemetry, Unsent, encode_frame, encode_registers};
+use crate::message::{self, Telemetry, Unsent, encode_frame, encode_pixels, encode_registers};
 use hoverlock_fixed_point::model::record::FeatureRecord;
+use hoverlock_reference::image::plane::Plane;
 
 /// A source of messages, which it numbers from 0.
 #[derive(Default)]
 pub struct Source {
     sequence: u32,
+    has_pixels: bool,
     /// The messages so far, each with framing.
     pub messages: Vec<Vec<u8>>,
 }
@@ -38,6 +40,20 @@ impl Source {
             (registers::SIZE, (height as u32) << 16 | width as u32),
         ];
         self.send(message::REGISTERS, &encode_registers(&block))
+    }
+
+    /// Returns `true` if rows of a frame were sent.
+    pub fn has_pixels(&self) -> bool {
+        self.has_pixels
+    }
+
+    /// Appends the rows of a frame with a number.
+    ///
+    /// # Errors
+    /// As [`Source::send`].
+    pub fn send_pixels(&mut self, frame: u32, picture: &Plane<u16>) -> Result<(), PayloadError> {
+        self.has_pixels = true;
+        encode_pixels(frame, picture).iter().try_for_each(|rows| self.send(message::PIXELS, rows))
     }
 
     /// Appends the telemetry and then the records of a frame; `thresholds` has one element for each scale pair.

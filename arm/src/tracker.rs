@@ -24,10 +24,11 @@
 //! displacement, whose scale has the error of the focal length.
 
 use crate::filter::{Filter, MAX_KEYFRAMES, Sighting, Step};
-use crate::keyframe::{Keyframe, MatchMemory, match_predicted, position};
+use crate::keyframe::{Keyframe, MAX_REFINED, MatchMemory, REFINED_WORK, match_predicted, position};
 use crate::line::{Estimate, MIN_FEATURES, Reason};
 use crate::message::{InertialSample, Telemetry};
 use hoverlock_reference::features::feature::Feature;
+use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::budget::Budget;
 use hoverlock_reference::motion::estimator::{Estimator, Workspace};
 use hoverlock_reference::motion::mark::{Part, mark};
@@ -66,6 +67,8 @@ const SCALE_DISTANCE: f64 = 4.0;
 /// Columns and rows of the points by which the overlap is counted.
 const OVERLAP_GRID: (u32, u32) = (16, 12);
 
+/// A keyframe is tracked beside another if the budget pays for its work of the last time and one in this more.
+const SPARE_SHARE: u64 = 8;
 /// Inliers that a keyframe needs at least.
 const MIN_INLIERS: usize = MIN_FEATURES;
 /// Sightings whose fit the search must leave work for.
@@ -77,7 +80,7 @@ pub const STEP_WORK: usize = 2_600;
 /// Work units of predicting and of adding a keyframe, without steps and states.
 pub const KEYFRAMES_WORK: usize = 35_000;
 /// Work units of a landmark after a fit: its history.
-pub const LEARNED_WORK: usize = 20;
+pub const LEARNED_WORK: usize = 28;
 /// Work units of a pair that the search has found: its sighting, and the check for the pattern of the sensor.
 pub const ACQUIRED_WORK: usize = 80;
 
@@ -109,11 +112,17 @@ const PROTECTION_SCALE: f64 = 0.02;
 const HALF_QUALITY_M: f64 = 0.5;
 
 /// A frame with its readings and camera.
-struct Present<'a> {
-    frame: Option<u32>,
-    telemetry: &'a Telemetry,
-    camera: Camera,
-    features: &'a [Feature],
+pub struct Seen<'a> {
+    /// Its number; `None` if it was not readable.
+    pub frame: Option<u32>,
+    /// Readings at its exposure.
+    pub telemetry: &'a Telemetry,
+    /// The camera at its zoom.
+    pub camera: Camera,
+    /// Its features in raster order.
+    pub features: &'a [Feature],
+    /// Its pixels, 16 bits; `None` if they did not come with it.
+    pub pixels: Option<&'a Plane<u16>>,
 }
 
 /// A keyframe that was found in a frame.
@@ -122,6 +131,8 @@ struct Found {
     keyframe: usize,
     inliers: usize,
     matches: usize,
+    /// Share of the landmarks that were matched whose sightings agree.
+    share: f64,
 }
 
 /// The estimator with its memory.
@@ -130,6 +141,8 @@ pub struct Tracker {
     keyframes: Vec<Keyframe>,
     /// Memory of keyframes that are not in use.
     spare: Vec<Keyframe>,
+    /// The first keyframe came after the other in the last frame.
+    is_reversed: bool,
     /// The keyframe that was commanded: it is matched beside the first.
     commanded: Option<usize>,
     captured: u64,
@@ -151,6 +164,7 @@ impl Tracker {
             filter: Filter::new(),
             keyframes: Vec::with_capacity(MAX_KEYFRAMES),
             spare: std::iter::repeat_with(|| Keyframe::with_capacity(features)).take(MAX_KEYFRAMES).collect(),
+            is_reversed: false,
             commanded: None,
             captured: 0,
             time_us: 0,
@@ -202,14 +216,8 @@ impl Tracker {
     ///
     /// # Errors
     /// If its readings are no view of the ground, or if it has too few features.
-    pub fn capture(
-        &mut self,
-        frame: Option<u32>,
-        telemetry: &Telemetry,
-        camera: Camera,
-        features: &[Feature],
-        budget: &mut Budget,
-    ) -> Result<(), Reason> {
+    pub fn capture(&mut self, present: &Seen<'_>, budget: &mut Budget) -> Result<(), Reason> {
+        let Seen { telemetry, camera, features, .. } = *present;
         let view = View::new(camera, telemetry.attitude, telemetry.range)?;
         if features.len() < MIN_FEATURES {
             return Err(Reason::Features(features.len()));
@@ -221,7 +229,7 @@ impl Tracker {
         self.clear();
         (self.captured_us, self.confirmed) = (telemetry.time_us, false);
         self.first_heights.clear();
-        self.add_keyframe(frame, camera, features);
+        self.add_keyframe(present, budget);
         Ok(())
     }
 
@@ -229,15 +237,8 @@ impl Tracker {
     ///
     /// # Errors
     /// The reason why there is no estimate.
-    pub fn estimate(
-        &mut self,
-        frame: Option<u32>,
-        telemetry: &Telemetry,
-        camera: Camera,
-        features: &[Feature],
-        renew: &mut bool,
-        budget: &mut Budget,
-    ) -> Result<Estimate, Reason> {
+    pub fn estimate(&mut self, present: &Seen<'_>, renew: &mut bool, budget: &mut Budget) -> Result<Estimate, Reason> {
+        let Seen { telemetry, camera, features, .. } = *present;
         let view = View::new(camera, telemetry.attitude, telemetry.range)?;
         if self.keyframes.is_empty() {
             return Err(Reason::Reference);
@@ -255,13 +256,12 @@ impl Tracker {
         if features.len() < MIN_FEATURES {
             return Err(Reason::Features(features.len()));
         }
-        let present = Present { frame, telemetry, camera, features };
-        let found = self.find(&present, budget);
+        let found = self.find(present, budget);
         if !self.filter.is_sound() {
             self.clear();
             return Err(Reason::Reference);
         }
-        let found = found?;
+        let (found, compared) = found?;
         let age = telemetry.time_us.checked_sub(self.captured_us);
         if !self.confirmed {
             if age.is_some_and(|age| age < CONFIRMATION_AGE_US) {
@@ -270,8 +270,10 @@ impl Tracker {
             self.confirmed = true;
             self.correct_height();
         }
-        let estimate = self.result(&present, found);
-        self.renew(&present, found, renew);
+        let estimate = self.result(present, found);
+        if let Some(compared) = compared {
+            self.renew(present, compared, renew, budget);
+        }
         estimate
     }
 
@@ -317,8 +319,10 @@ impl Tracker {
         is_covered
     }
 
-    /// Finds keyframes in a frame, and fits the filter to them.
-    fn find(&mut self, present: &Present<'_>, budget: &mut Budget) -> Result<Found, Reason> {
+    /// Finds keyframes in a frame, and fits the filter to them. Returns the last that was found, and the one that
+    /// decides whether the frame becomes a keyframe: the nearest, or the other if that was not found, or none if the
+    /// budget did not pay for it.
+    fn find(&mut self, present: &Seen<'_>, budget: &mut Budget) -> Result<(Found, Option<Found>), Reason> {
         let mut usable: [Option<(usize, f64)>; 2] = [None; 2];
         for k in 0..self.keyframes.len() {
             let Some((overlap, scale)) = self.overlap_and_scale(k, &present.camera) else { continue };
@@ -335,25 +339,40 @@ impl Tracker {
         if self.commanded.is_none() && usable[0].is_some_and(|(_, distance)| distance < MAX_FIRST_DISTANCE) {
             usable[1] = None;
         }
-        let mut best: Option<Found> = None;
         self.inliers.clear();
-        for (k, _) in usable.into_iter().flatten() {
-            if let Some(found) = self.track(k, present, budget) {
-                best = Some(found);
-            }
-        }
-        if let Some(found) = best {
-            return Ok(found);
-        }
-        let Some((k, _)) = usable[1].or(usable[0]) else {
-            self.add_coasted_keyframe(present);
+        let Some((nearest, _)) = usable[1].or(usable[0]) else {
+            self.add_coasted_keyframe(present, budget);
             return Err(Reason::OutOfView);
         };
-        self.acquire(k, present, budget)
+        // Where the budget pays for one of them only, they take turns.
+        self.is_reversed = !self.is_reversed;
+        if self.is_reversed {
+            usable.reverse();
+        }
+        let patches = MAX_REFINED / usable.iter().flatten().count().max(1);
+        let mut found: Option<Found> = None;
+        let mut compared: Option<Found> = None;
+        let mut is_skipped = false;
+        for (k, _) in usable.into_iter().flatten() {
+            if found.is_some() && budget.left() < self.keyframes[k].work + self.keyframes[k].work / SPARE_SHARE {
+                is_skipped |= k == nearest;
+                continue;
+            }
+            let before = budget.spent();
+            if let Some(tracked) = self.track(k, patches, present, budget) {
+                found = Some(tracked);
+                compared = if k == nearest { found } else { compared };
+            }
+            self.keyframes[k].work = budget.spent() - before;
+        }
+        match found {
+            Some(found) => Ok((found, if is_skipped { None } else { compared.or(Some(found)) })),
+            None => self.acquire(nearest, present, budget).map(|found| (found, Some(found))),
+        }
     }
 
-    /// Matches keyframe `k` where it is predicted, and fits the filter.
-    fn track(&mut self, k: usize, present: &Present<'_>, budget: &mut Budget) -> Option<Found> {
+    /// Matches keyframe `k` where it is predicted, refines some patches, and fits the filter.
+    fn track(&mut self, k: usize, patches: usize, present: &Seen<'_>, budget: &mut Budget) -> Option<Found> {
         mark(Part::Matching);
         let filter = &self.filter;
         let keyframe = &self.keyframes[k];
@@ -362,18 +381,28 @@ impl Tracker {
         let mut matching = budget.split(learning + filter.work(RESERVED_SIGHTINGS, filter.expected_cells()));
         let matched = match_predicted(filter, k, keyframe, &present.camera, present.features, memory, &mut matching);
         budget.absorb(matching);
+        let matched = matched?;
+        self.refine(k, patches, present, budget);
         mark(Part::Pose);
-        self.fit(k, present, matched?, budget).ok()
+        self.fit(k, present, matched, budget).ok()
+    }
+
+    /// Refines sightings of keyframe `k` on the frames, at most `patches` and as many as the fit leaves units for.
+    fn refine(&mut self, k: usize, patches: usize, present: &Seen<'_>, budget: &mut Budget) {
+        let Some((pixels, homography)) = present.pixels.zip(self.homography(k, &present.camera)) else { return };
+        let filter = &self.filter;
+        let keyframe = &mut self.keyframes[k];
+        let learning = LEARNED_WORK * keyframe.features.len();
+        let reserved = learning + filter.work(RESERVED_SIGHTINGS, filter.expected_cells());
+        mark(Part::Refinement);
+        let paid = budget.left().saturating_sub(reserved as u64) / REFINED_WORK as u64;
+        let most = paid.min(patches as u64) as usize;
+        let tried = keyframe.refine(&mut self.memory.sightings, pixels, &homography, most);
+        budget.spend(REFINED_WORK * tried);
     }
 
     /// Fits the filter to the sightings of keyframe `k`.
-    fn fit(
-        &mut self,
-        k: usize,
-        present: &Present<'_>,
-        min_inliers: usize,
-        budget: &mut Budget,
-    ) -> Result<Found, Reason> {
+    fn fit(&mut self, k: usize, present: &Seen<'_>, min_inliers: usize, budget: &mut Budget) -> Result<Found, Reason> {
         let filter = &mut self.filter;
         let keyframe = &mut self.keyframes[k];
         let sightings = &mut self.memory.sightings;
@@ -400,15 +429,17 @@ impl Tracker {
             let few = fitted.inliers < min_inliers;
             return Err(if few { Reason::Sightings(fitted.inliers) } else { Reason::Implausible(fitted.innovation) });
         }
-        keyframe.learn(sightings, fitted.inliers, &self.memory.predicted);
+        let consistent = sightings.iter().filter(|sighting| sighting.is_consistent()).count();
+        let share = (consistent * step) as f64 / self.memory.tried.max(1) as f64;
+        keyframe.learn(sightings, share, &self.memory.predicted);
         self.inliers.clear();
         let inliers = sightings.iter().filter(|sighting| sighting.is_inlier());
         self.inliers.extend(inliers.map(|found| Pair { reference: found.reference, current: found.current }));
-        Ok(Found { keyframe: k, inliers: fitted.inliers, matches: sightings.len() })
+        Ok(Found { keyframe: k, inliers: fitted.inliers, matches: sightings.len(), share })
     }
 
     /// Searches keyframe `k` by RANSAC, and fits the filter to the consensus.
-    fn acquire(&mut self, k: usize, present: &Present<'_>, budget: &mut Budget) -> Result<Found, Reason> {
+    fn acquire(&mut self, k: usize, present: &Seen<'_>, budget: &mut Budget) -> Result<Found, Reason> {
         let filter = &self.filter;
         let keyframe = &self.keyframes[k];
         let views = self.views(k, &present.camera).ok_or(Reason::OutOfView)?;
@@ -438,6 +469,7 @@ impl Tracker {
         sensor_pattern::check(&self.inliers, &observation(views[0]), &observation(current))?;
         let sightings = &mut self.memory.sightings;
         self.memory.predicted.clear();
+        self.memory.tried = keyframe.features.len();
         sightings.clear();
         let (step, _) = filter.thinning(motion.inliers.len(), budget.left().saturating_sub(learning as u64));
         sightings.extend(motion.inliers.iter().step_by(step).map(|&i| Sighting {
@@ -446,6 +478,7 @@ impl Tracker {
             current: motion.pairs[i].current,
             covariance: keyframe.sighting_covariance(motion.matches[i].reference),
             counts: true,
+            is_refined: false,
             chi2: 0.0,
             residual: Vector2::zeros(),
         }));
@@ -466,12 +499,17 @@ impl Tracker {
         ])
     }
 
+    /// Returns the predicted homography from keyframe `k` to the present frame over level ground.
+    fn homography(&self, k: usize, camera: &Camera) -> Option<Matrix3<f64>> {
+        let views = self.views(k, camera)?;
+        let (moved, _) = self.filter.displacement(k)?;
+        Some(ground_homography(&views[0], &views[1], moved.xy()))
+    }
+
     /// Returns the predicted overlap with keyframe `k`, as a fraction, and the logarithm of the change of scale.
     fn overlap_and_scale(&self, k: usize, camera: &Camera) -> Option<(f64, f64)> {
-        let filter = &self.filter;
         let views = self.views(k, camera)?;
-        let (moved, _) = filter.displacement(k)?;
-        let homography = ground_homography(&views[0], &views[1], moved.xy());
+        let homography = self.homography(k, camera)?;
         let scale = |view: &View| view.camera().focal() / view.height();
         Some((overlap(&homography, camera), libm::log(scale(&views[1]) / scale(&views[0]))))
     }
@@ -492,7 +530,7 @@ impl Tracker {
     }
 
     /// Returns the estimate of the filter.
-    fn result(&self, present: &Present<'_>, found: Found) -> Result<Estimate, Reason> {
+    fn result(&self, present: &Seen<'_>, found: Found) -> Result<Estimate, Reason> {
         let filter = &self.filter;
         let (moved, covariance) = filter.displacement(0).ok_or(Reason::Reference)?;
         let [xx, xy, yy] = [covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]];
@@ -522,12 +560,12 @@ impl Tracker {
     }
 
     /// Makes the frame a keyframe if the one it was matched with is far, or if `renew` asks for it.
-    fn renew(&mut self, present: &Present<'_>, found: Found, renew: &mut bool) {
+    fn renew(&mut self, present: &Seen<'_>, found: Found, renew: &mut bool, budget: &mut Budget) {
         let Some((overlap, scale)) = self.overlap_and_scale(found.keyframe, &present.camera) else { return };
         let is_far = overlap < MIN_OVERLAP || scale.abs() > MAX_SCALE_CHANGE;
-        let possible = overlap * self.keyframes[found.keyframe].best_inliers as f64;
-        if (is_far || *renew) && found.inliers as f64 >= MIN_INLIER_SHARE * possible {
-            let slot = self.add_keyframe(present.frame, present.camera, present.features);
+        let possible = overlap * self.keyframes[found.keyframe].best_share;
+        if (is_far || *renew) && found.share >= MIN_INLIER_SHARE * possible {
+            let slot = self.add_keyframe(present, budget);
             self.commanded = renew.then_some(slot).or(self.commanded.filter(|commanded| *commanded != slot));
             *renew = false;
         }
@@ -535,15 +573,15 @@ impl Tracker {
 
     /// Makes a frame that shows no keyframe one itself if the filter still knows its place: zoom or flight have gone
     /// too far between two frames with a keyframe.
-    fn add_coasted_keyframe(&mut self, present: &Present<'_>) {
+    fn add_coasted_keyframe(&mut self, present: &Seen<'_>, budget: &mut Budget) {
         let Some((_, covariance)) = self.filter.displacement(0) else { return };
         if self.confirmed && covariance[(0, 0)] + covariance[(1, 1)] <= MAX_COASTED_ERROR_M * MAX_COASTED_ERROR_M {
-            self.add_keyframe(present.frame, present.camera, present.features);
+            self.add_keyframe(present, budget);
         }
     }
 
     /// Adds a keyframe and returns its index; without a free slot it replaces the oldest except the first.
-    fn add_keyframe(&mut self, frame: Option<u32>, camera: Camera, features: &[Feature]) -> usize {
+    fn add_keyframe(&mut self, present: &Seen<'_>, budget: &mut Budget) -> usize {
         let slot = match self.spare.pop() {
             Some(keyframe) => {
                 self.keyframes.push(keyframe);
@@ -555,7 +593,17 @@ impl Tracker {
             }
         };
         self.captured += 1;
-        self.keyframes[slot].fill(frame, camera, features, self.captured);
+        let work = self.keyframes.iter().map(|keyframe| keyframe.work).max().unwrap_or_default();
+        let keyframe = &mut self.keyframes[slot];
+        keyframe.fill(present.frame, present.camera, present.features, self.captured);
+        keyframe.work = work;
+        if let Some(pixels) = present.pixels {
+            mark(Part::Refinement);
+            // What the frame has left: templates that it does not pay for are not cut, and the frame is not late.
+            let mut cutting = Budget::new(budget.left());
+            keyframe.cut_templates(pixels, &mut self.memory.strongest, &mut cutting);
+            budget.spend(cutting.spent() as usize);
+        }
         self.filter.clone_pose(slot);
         slot
     }

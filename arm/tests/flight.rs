@@ -12,6 +12,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::sync::OnceLock;
 use support::Source;
+use support::adversarial::{self, Samples, Shape, Taken};
 use support::scene::{self, FIELD_OF_VIEW, SIZE, displacement, records, seen, stream, telemetry};
 
 thread_local! {
@@ -107,6 +108,31 @@ fn after_the_first_frames_nothing_is_allocated() {
     // The first frame is the reference; all others are estimated.
     assert_eq!(allocated, [0; 8]);
     assert_eq!(statuses, [false, true, true, true, true, true, true, true]);
+}
+
+/// The same with the pixels of each frame and a keyframe from every second one.
+#[test]
+fn frames_with_pixels_allocate_nothing() {
+    let taken = |i: usize| Taken {
+        shape: Shape::Ground,
+        samples: Samples::Even,
+        after_us: 250_000,
+        command: (i % 2 == 1).then_some(Command::Renew),
+    };
+    let frames: Vec<Taken> = (0..12).map(taken).collect();
+    let source = adversarial::stream(Shape::Ground, &frames, Some(&adversarial::texture()));
+    let (mut navigator, mut estimates) = (Navigator::default(), 0);
+    for message in &source.messages {
+        let mut decoder = Decoder::default();
+        assert!(decoder.read(&mut &message[..]).unwrap());
+        let raw = decoder.message().unwrap();
+        let before = ALLOCATIONS.get();
+        navigator.take(&raw, &mut |line: &Line| estimates += usize::from(line.estimate.is_some())).unwrap();
+        if [message::FRAME, message::PIXELS].contains(&raw.kind) {
+            assert_eq!(ALLOCATIONS.get(), before, "message {} of kind {}", raw.sequence, raw.kind);
+        }
+    }
+    assert!(estimates >= 10, "{estimates}");
 }
 
 #[test]

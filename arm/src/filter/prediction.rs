@@ -18,13 +18,13 @@ pub struct Prediction {
 }
 
 impl Filter {
-    /// Predicts the images of pixels of keyframe `k`; `out` is called with the index of each that is seen. All pixels
-    /// of a block of the keyframe have the covariance of its middle, to which each adds that of its height.
+    /// Predicts the images of pixels of keyframe `k`, given with an index; `out` is called with that of each one seen.
+    /// All pixels of a block of the keyframe have the covariance of its middle, to which each adds that of its height.
     pub fn images(
         &self,
         k: usize,
         cameras: [&Camera; 2],
-        pixels: impl Iterator<Item = Vector2<f64>>,
+        pixels: impl Iterator<Item = (usize, Vector2<f64>)>,
         mut out: impl FnMut(usize, Prediction),
     ) {
         let Some(state) = self.pair_state(k) else { return };
@@ -35,7 +35,7 @@ impl Filter {
         };
         let size = cameras[0].last_pixel().add_scalar(1.0);
         let mut blocks = [None; PREDICTED_BLOCKS.0 * PREDICTED_BLOCKS.1];
-        for (index, pixel) in pixels.enumerate() {
+        for (index, pixel) in pixels {
             let Some(seen) = state.project(cameras, &pixel) else { continue };
             let place = |value: f64, side: f64, count: usize| ((value / side * count as f64) as usize).min(count - 1);
             let column = place(pixel.x, size.x, PREDICTED_BLOCKS.0);

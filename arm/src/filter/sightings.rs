@@ -76,6 +76,8 @@ pub struct Sighting {
     pub covariance: Matrix2<f64>,
     /// The sighting counts in the update; others are only judged by it.
     pub counts: bool,
+    /// The positions are those of a patch that was refined on the frames, not of features.
+    pub is_refined: bool,
     /// Chi squared of the residual after the update, two degrees of freedom; heights are considered.
     pub chi2: f64,
     /// Residual after the update, px.

@@ -56,6 +56,7 @@ fn sightings(filter: &Filter, moved: Vector3<f64>, errors: CameraErrors, rng: &m
                 current: image + 0.3 * Vector2::new(normal(rng), normal(rng)),
                 covariance: Matrix2::identity() * 0.09,
                 counts: true,
+                is_refined: false,
                 chi2: 0.0,
                 residual: Vector2::zeros(),
             }

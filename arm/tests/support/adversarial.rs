@@ -5,6 +5,7 @@ use super::scene::{self, SIZE, telemetry};
 use hoverlock_arm::message::{self, Command, InertialSample, Telemetry};
 use hoverlock_fixed_point::model::record::FeatureRecord;
 use hoverlock_reference::features::feature::Descriptor;
+use hoverlock_reference::image::plane::Plane;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -109,11 +110,13 @@ pub struct Taken {
     pub command: Option<Command>,
 }
 
-/// Creates a stream of a captured reference and further frames of a vehicle at rest.
-pub fn stream(first: Shape, frames: &[Taken]) -> Source {
+/// Creates a stream of a captured reference and further frames of a vehicle at rest, with the pixels of a picture in
+/// each if there is one.
+pub fn stream(first: Shape, frames: &[Taken], picture: Option<&Plane<u16>>) -> Source {
     let mut source = Source::default();
     source.send_registers(SIZE.0, SIZE.1).unwrap();
     source.send(message::COMMAND, &Command::Capture.encode()).unwrap();
+    picture.map(|picture| source.send_pixels(0, picture)).transpose().unwrap();
     source.send_frame(&Telemetry { time_us: 0, ..telemetry(0) }, &first.records(0), &[2000; 2]).unwrap();
     let mut time_us = 0;
     for (number, taken) in (1..).zip(frames) {
@@ -132,10 +135,17 @@ pub fn stream(first: Shape, frames: &[Taken]) -> Source {
         if let Some(command) = taken.command {
             source.send(message::COMMAND, &command.encode()).unwrap();
         }
+        picture.map(|picture| source.send_pixels(number, picture)).transpose().unwrap();
         let records = taken.shape.records(number);
         source.send_frame(&Telemetry { time_us, ..telemetry(number) }, &records, &[2000; 2]).unwrap();
     }
     source
+}
+
+/// Returns a picture in which every patch is found.
+pub fn texture() -> Plane<u16> {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    Plane::from_fn(SIZE.0, SIZE.1, |_, _| rng.random())
 }
 
 /// Frames of one shape, four a second, with a new keyframe from each second one.
@@ -149,19 +159,26 @@ pub fn worst() -> Vec<(&'static str, Source)> {
     let mut flood = repeated(Shape::Full, Samples::Even, 9);
     flood.push(Taken { shape: Shape::Full, samples: Samples::Flood, after_us: 1_500_000, command: None });
     flood.push(Taken { shape: Shape::Full, samples: Samples::Even, after_us: 5_000_000, command: None });
+    let texture = texture();
+    let refined = |shape, samples| stream(shape, &repeated(shape, samples, 8), Some(&texture));
     vec![
-        ("many records, many samples", stream(Shape::Full, &flood)),
-        ("one kind, tracked", stream(Shape::OneKind, &repeated(Shape::OneKind, Samples::Even, 8))),
-        ("one kind, searched", stream(Shape::OneKind, &repeated(Shape::OneKind, Samples::None, 5))),
-        ("many records, searched", stream(Shape::Full, &repeated(Shape::Full, Samples::None, 5))),
-        ("one row, tracked", stream(Shape::OneRow, &repeated(Shape::OneRow, Samples::Even, 6))),
-        ("one row, searched", stream(Shape::OneRow, &repeated(Shape::OneRow, Samples::None, 4))),
-        ("one place, tracked", stream(Shape::OnePlace, &repeated(Shape::OnePlace, Samples::Even, 4))),
-        ("one place, searched", stream(Shape::OnePlace, &repeated(Shape::OnePlace, Samples::None, 4))),
-        ("identical, tracked", stream(Shape::Identical, &repeated(Shape::Identical, Samples::Even, 4))),
-        ("identical, searched", stream(Shape::Identical, &repeated(Shape::Identical, Samples::None, 4))),
-        ("clusters, searched", stream(Shape::Clusters, &repeated(Shape::Clusters, Samples::None, 4))),
-        ("random, searched", stream(Shape::Random, &repeated(Shape::Random, Samples::None, 4))),
+        ("refined, tracked", refined(Shape::Ground, Samples::Even)),
+        ("refined, many records, tracked", refined(Shape::Full, Samples::Even)),
+        ("refined, searched", refined(Shape::Ground, Samples::None)),
+        ("refined, one row, tracked", refined(Shape::OneRow, Samples::Even)),
+        ("refined, one kind, searched", refined(Shape::OneKind, Samples::None)),
+        ("many records, many samples", stream(Shape::Full, &flood, None)),
+        ("one kind, tracked", stream(Shape::OneKind, &repeated(Shape::OneKind, Samples::Even, 8), None)),
+        ("one kind, searched", stream(Shape::OneKind, &repeated(Shape::OneKind, Samples::None, 5), None)),
+        ("many records, searched", stream(Shape::Full, &repeated(Shape::Full, Samples::None, 5), None)),
+        ("one row, tracked", stream(Shape::OneRow, &repeated(Shape::OneRow, Samples::Even, 6), None)),
+        ("one row, searched", stream(Shape::OneRow, &repeated(Shape::OneRow, Samples::None, 4), None)),
+        ("one place, tracked", stream(Shape::OnePlace, &repeated(Shape::OnePlace, Samples::Even, 4), None)),
+        ("one place, searched", stream(Shape::OnePlace, &repeated(Shape::OnePlace, Samples::None, 4), None)),
+        ("identical, tracked", stream(Shape::Identical, &repeated(Shape::Identical, Samples::Even, 4), None)),
+        ("identical, searched", stream(Shape::Identical, &repeated(Shape::Identical, Samples::None, 4), None)),
+        ("clusters, searched", stream(Shape::Clusters, &repeated(Shape::Clusters, Samples::None, 4), None)),
+        ("random, searched", stream(Shape::Random, &repeated(Shape::Random, Samples::None, 4), None)),
     ]
 }
 
@@ -182,5 +199,5 @@ pub fn drawn(seed: u64) -> Source {
             command: rng.random::<bool>().then_some(Command::Renew),
         })
         .collect();
-    stream(shapes[0], &frames)
+    stream(shapes[0], &frames, rng.random::<bool>().then(texture).as_ref())
 }

@@ -74,6 +74,7 @@ pub fn sequence(folder: &Path) -> io::Result<Source> {
         };
         let features = model.frame(&frame, controller.thresholds());
         let thresholds = controller.thresholds().to_vec();
+        source.send_pixels(telemetry.frame, &frame).unwrap();
         source.send_frame(&telemetry, features, &thresholds).unwrap();
         controller.finish_frame(model.maxima());
     }

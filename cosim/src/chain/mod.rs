@@ -152,6 +152,7 @@ impl Chain {
     ) -> Result<FrameOutput, ChainError> {
         self.stream.send(message::TELEMETRY, &telemetry.encode())?;
         let packet = self.extractor.packet(frame)?;
+        self.stream.send_pixels(telemetry.frame, frame)?;
         self.stream.send(message::FRAME, &packet)?;
         let lines = self.send(delivery)?;
         let [host] = &lines[..] else { return Err(ChainError::LineCount(lines.len())) };

@@ -17,6 +17,10 @@ pub enum Part {
     Pose = 4,
     /// Pixels to feature records, if software does that.
     Extraction = 5,
+    /// Templates: cut from a keyframe, and refined on the present frame.
+    Refinement = 6,
+    /// Bytes of the stream to messages and pixels, which lie in memory on a board.
+    Transfer = 7,
     /// The end of a frame.
     End = 8,
 }
@@ -36,6 +40,8 @@ pub fn mark(part: Part) {
                 Part::Search => asm!("and r3, r3, r3", options(nostack, preserves_flags)),
                 Part::Pose => asm!("and r4, r4, r4", options(nostack, preserves_flags)),
                 Part::Extraction => asm!("and r5, r5, r5", options(nostack, preserves_flags)),
+                Part::Refinement => asm!("and r6, r6, r6", options(nostack, preserves_flags)),
+                Part::Transfer => asm!("and r7, r7, r7", options(nostack, preserves_flags)),
                 Part::End => asm!("and r8, r8, r8", options(nostack, preserves_flags)),
             }
         }

@@ -21,7 +21,7 @@
 mod least_squares;
 
 use least_squares::{HOMOGRAPHY_ROUNDS, NormalisedFrame, affine, homography, similarity};
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 /// A model of the motion between two pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -127,6 +127,14 @@ impl Model {
 pub fn transfer(h: &Matrix3<f64>, p: Vector2<f64>) -> Option<Vector2<f64>> {
     let q = h * Vector3::new(p.x, p.y, 1.0);
     (q.z > 0.0).then(|| Vector2::new(q.x / q.z, q.y / q.z))
+}
+
+/// Returns the derivative of the mapped position by the position `p`, or `None` if `p` maps to infinity or behind the
+/// camera.
+pub fn derivative(h: &Matrix3<f64>, p: Vector2<f64>) -> Option<Matrix2<f64>> {
+    let q = transfer(h, p)?;
+    let depth = h[(2, 0)] * p.x + h[(2, 1)] * p.y + h[(2, 2)];
+    Some(Matrix2::from_fn(|row, column| (h[(row, column)] - q[row] * h[(2, column)]) / depth))
 }
 
 /// Returns the squared transfer error of a pair, px^2; infinite if the position maps behind the camera.

@@ -1,12 +1,11 @@
 //! The error of the refinement on pictures that are shifted exactly, in the Fourier domain.
 
 use super::refined_pair;
-use crate::image::plane::Plane;
-use nalgebra::{Complex, Matrix3, Vector2};
+use crate::image::fourier::Spectrum;
+use nalgebra::{Matrix3, Vector2};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use std::f64::consts::{PI, TAU};
 
 /// Side of a picture, which is periodic, px.
 const SIDE: usize = 128;
@@ -17,55 +16,10 @@ const SPACING: usize = 12;
 /// Largest bias over the patches of a picture, px.
 const MAX_BIAS_PX: f64 = 0.003;
 
-/// Returns the frequency `i` of a period, radians per pixel, negative for the upper half.
-fn frequency(i: usize) -> f64 {
-    let i = if i < SIDE / 2 { i as f64 } else { i as f64 - SIDE as f64 };
-    TAU * i / SIDE as f64
-}
-
-/// Returns a random spectrum, real part of a picture: amplitude `1 / w` as of natural scenes, times the response of
-/// square pixels and of a lens that passes nothing above the Nyquist frequency.
-fn spectrum(seed: u64) -> Vec<Complex<f64>> {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let sinc = |x: f64| if x == 0.0 { 1.0 } else { x.sin() / x };
-    (0..SIDE * SIDE)
-        .map(|i| {
-            let w = Vector2::new(frequency(i % SIDE), frequency(i / SIDE));
-            let phase = Complex::from_polar(1.0, TAU * rng.random::<f64>());
-            let lens = (1.0 - w.norm() / PI).max(0.0);
-            let amplitude = if i == 0 { 0.0 } else { sinc(w.x / 2.0) * sinc(w.y / 2.0) * lens / w.norm() };
-            phase * amplitude
-        })
-        .collect()
-}
-
-/// Returns the picture of a spectrum, moved by `shift` px, with 5000 DN rms about the middle of the range.
-fn picture(spectrum: &[Complex<f64>], shift: Vector2<f64>) -> Plane<u16> {
-    let turns: Vec<Complex<f64>> = (0..SIDE).map(|i| Complex::from_polar(1.0, TAU * i as f64 / SIDE as f64)).collect();
-    // Rows, then columns.
-    let mut rows = vec![Complex::default(); SIDE * SIDE];
-    for (v, of_row) in spectrum.chunks_exact(SIDE).enumerate() {
-        let moved: Vec<Complex<f64>> = of_row
-            .iter()
-            .enumerate()
-            .map(|(u, c)| c * Complex::from_polar(1.0, -frequency(u) * shift.x - frequency(v) * shift.y))
-            .collect();
-        for x in 0..SIDE {
-            rows[v * SIDE + x] = moved.iter().enumerate().map(|(u, c)| c * turns[u * x % SIDE]).sum();
-        }
-    }
-    let power: f64 = spectrum.iter().map(Complex::norm_sqr).sum();
-    let scale = 5000.0 / (power / 2.0).sqrt();
-    Plane::from_fn(SIDE, SIDE, |x, y| {
-        let value: f64 = (0..SIDE).map(|v| (rows[v * SIDE + x] * turns[v * y % SIDE]).re).sum();
-        (32_768.0 + scale * value).round() as u16
-    })
-}
-
 /// Returns the mean and the rms error, px, of the refined positions of a picture whose patches moved by `shift`.
 fn error(seed: u64, shift: Vector2<f64>) -> (Vector2<f64>, f64) {
-    let spectrum = spectrum(seed);
-    let [reference, current] = [Vector2::zeros(), shift].map(|shift| picture(&spectrum, shift));
+    let spectrum = Spectrum::random(SIDE, seed);
+    let [reference, current] = [Vector2::zeros(), shift].map(|shift| spectrum.picture(shift));
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let places = || (24..SIDE - 24).step_by(SPACING).map(|v| v as f64);
     let mut errors = Vec::new();

@@ -20,9 +20,9 @@ mod template;
 
 use crate::image::plane::Plane;
 use crate::motion::estimate::Estimate;
-use crate::motion::model::{Pair, squared_error, transfer};
+use crate::motion::model::{Pair, derivative, squared_error, transfer};
 use crate::motion::robust::{refit, scale};
-use nalgebra::{Matrix2, Matrix3, Vector2};
+use nalgebra::{Matrix3, Vector2};
 use template::Template;
 
 /// Number of pairs that are refined, the best first.
@@ -49,15 +49,15 @@ const INLIER_SIGMAS: f64 = 4.0;
 
 /// A pair after refinement.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct RefinedPair {
+pub struct RefinedPair {
     /// `p`, a whole pixel of REF, and its position in CUR.
-    pair: Pair,
+    pub pair: Pair,
     /// Normalised cross correlation of the two patches, at most 1.
-    ncc: f64,
+    pub ncc: f64,
 }
 
 /// Refines the pair of the pixel nearest to `position` in REF under the motion `h`. Returns `None` if it is dropped.
-fn refined_pair(
+pub fn refined_pair(
     reference: &Plane<u16>,
     current: &Plane<u16>,
     h: &Matrix3<f64>,
@@ -107,13 +107,6 @@ pub fn refined(estimate: Estimate, reference: &Plane<u16>, current: &Plane<u16>,
     let sum: f64 = inliers.iter().map(|&i| squared_error(&homography, &pairs[i])).sum();
     let rms = (sum / inliers.len() as f64).sqrt();
     Estimate { homography, matches, pairs, inliers, rms, ..estimate }
-}
-
-/// Returns the derivative of the position in CUR by the position in REF, or `None` if `p` maps behind the camera.
-fn derivative(h: &Matrix3<f64>, p: Vector2<f64>) -> Option<Matrix2<f64>> {
-    let q = transfer(h, p)?;
-    let depth = h[(2, 0)] * p.x + h[(2, 1)] * p.y + h[(2, 2)];
-    Some(Matrix2::from_fn(|row, column| (h[(row, column)] - q[row] * h[(2, column)]) / depth))
 }
 
 #[cfg(test)]
