@@ -5,10 +5,10 @@
 //! by the place. Each has its own covariance of residuals, so that a feature which slides along an edge, or belongs to
 //! a crown of leaves, loses weight in that direction alone.
 //!
-//! The strongest feature of each of 256 squares of a keyframe has a template, if the pixels of the
-//! keyframe came with it. Where it is matched in a frame whose pixels came too, the template is refined from the
-//! position of the match ([`hoverlock_fixed_point::refinement`]), and the sighting is that of the patch: a tenth of a
-//! pixel where that of a feature has four. Its residuals have a covariance of their own.
+//! The strongest feature of each of 256 squares of a keyframe has a template, if the pixels of the keyframe came with
+//! it. Where it is matched in a frame whose pixels came too, the template is refined from the position of the match
+//! ([`hoverlock_fixed_point::refinement`]), and the sighting is that of the patch, a few hundredths of a pixel in place
+//! of a few tenths. Its residuals have a covariance of their own.
 
 use crate::filter::{Filter, Prediction, Sighting};
 use crate::line::MIN_FEATURES;
@@ -112,7 +112,7 @@ pub struct Keyframe {
     /// Largest share, over frames, of the matched landmarks whose sightings agree.
     pub best_share: f64,
     /// Enough patches were refined in the last frame that most landmarks without a template can take turns.
-    takes_turns: bool,
+    pub takes_turns: bool,
     /// Frames that it was found in.
     turn: usize,
     /// Work units of the last frame in which it was tracked.

@@ -389,7 +389,10 @@ impl Tracker {
 
     /// Refines sightings of keyframe `k` on the frames, at most `patches` and as many as the fit leaves units for.
     fn refine(&mut self, k: usize, patches: usize, present: &Seen<'_>, budget: &mut Budget) {
-        let Some((pixels, homography)) = present.pixels.zip(self.homography(k, &present.camera)) else { return };
+        let Some((pixels, homography)) = present.pixels.zip(self.homography(k, &present.camera)) else {
+            self.keyframes[k].takes_turns = false;
+            return;
+        };
         let filter = &self.filter;
         let keyframe = &mut self.keyframes[k];
         let learning = LEARNED_WORK * keyframe.features.len();
