@@ -138,7 +138,7 @@ impl Tools {
         let stream = self.work.join(name).with_extension("hln");
         std::fs::write(&stream, source.messages.concat())?;
         let (lines, mut frames) = self.counted("hoverlock-nav", &[&stream.to_string_lossy()])?;
-        if !source.has_pixels() {
+        if !support::has_pixels(source) {
             frames.iter_mut().for_each(|frame| frame.rest += std::mem::take(&mut frame.transfer));
         }
         let estimates = String::from_utf8(lines)?.matches("x_e_m").count();

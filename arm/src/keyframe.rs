@@ -91,14 +91,12 @@ struct Landmark {
     template: Option<u16>,
 }
 
-impl Landmark {
-    /// Returns the covariance of a refined sighting beside that of its noise, px^2.
-    fn refined_covariance(&self) -> Matrix2<f64> {
-        if self.refined < MIN_GOOD_SIGHTINGS {
-            return Matrix2::identity() * (NEW_SIGMA_PX * NEW_SIGMA_PX);
-        }
-        Matrix2::identity() * (MIN_REFINED_SIGMA_PX * MIN_REFINED_SIGMA_PX) + self.refined_residual * RESIDUAL_FACTOR
+/// Returns the covariance of a sighting after `sightings` with a mean square `residual` of their residuals, px^2.
+fn covariance_after(sightings: u32, residual: &Matrix2<f64>, min_sigma: f64) -> Matrix2<f64> {
+    if sightings < MIN_GOOD_SIGHTINGS {
+        return Matrix2::identity() * (NEW_SIGMA_PX * NEW_SIGMA_PX);
     }
+    Matrix2::identity() * (min_sigma * min_sigma) + residual * RESIDUAL_FACTOR
 }
 
 /// An earlier frame with its features.
@@ -212,7 +210,8 @@ impl Keyframe {
             let Some(refined) = template.refine(pixels, start, &warp) else { continue };
             sighting.reference = centre;
             sighting.current = refined.position;
-            sighting.covariance = refined.covariance + landmark.refined_covariance();
+            sighting.covariance = refined.covariance
+                + covariance_after(landmark.refined, &landmark.refined_residual, MIN_REFINED_SIGMA_PX);
             sighting.is_refined = true;
             found += 1;
         }
@@ -220,13 +219,10 @@ impl Keyframe {
         tried
     }
 
-    /// Returns the covariance of a sighting of a landmark, px^2.
+    /// Returns the covariance of a sighting of a landmark by its feature, px^2.
     pub fn sighting_covariance(&self, landmark: usize) -> Matrix2<f64> {
-        let Landmark { good, refined, residual, .. } = self.landmarks[landmark];
-        if good - refined < MIN_GOOD_SIGHTINGS {
-            return Matrix2::identity() * (NEW_SIGMA_PX * NEW_SIGMA_PX);
-        }
-        Matrix2::identity() * (MIN_SIGMA_PX * MIN_SIGMA_PX) + residual * RESIDUAL_FACTOR
+        let Landmark { good, refined, residual, .. } = &self.landmarks[landmark];
+        covariance_after(good - refined, residual, MIN_SIGMA_PX)
     }
 
     /// Returns the landmarks that are matched in the next frame: all of them, or, if enough patches were refined in the

@@ -276,7 +276,7 @@ impl<'a> Strip<'a> {
 /// Encodes a frame of at most 65535 rows as the payloads of messages with rows of pixels.
 pub fn encode_pixels(frame: u32, picture: &Plane<u16>) -> Vec<Vec<u8>> {
     let columns = picture.width();
-    let rows = ((MAX_PAYLOAD_BYTES - STRIP_HEADER_BYTES) / (2 * columns.max(1))).max(1);
+    let rows = ((MAX_PAYLOAD_BYTES - STRIP_HEADER_BYTES) / (2 * columns)).max(1);
     let strip = |(index, samples): (usize, &[u16])| {
         let place = ((samples.len() / columns) << 16) | (index * rows);
         let mut payload: Vec<u8> = [frame, place as u32].into_iter().flat_map(u32::to_le_bytes).collect();

@@ -10,7 +10,6 @@ use hoverlock_reference::image::plane::Plane;
 #[derive(Default)]
 pub struct Source {
     sequence: u32,
-    has_pixels: bool,
     /// The messages so far, each with framing.
     pub messages: Vec<Vec<u8>>,
 }
@@ -42,17 +41,11 @@ impl Source {
         self.send(message::REGISTERS, &encode_registers(&block))
     }
 
-    /// Returns `true` if rows of a frame were sent.
-    pub fn has_pixels(&self) -> bool {
-        self.has_pixels
-    }
-
     /// Appends the rows of a frame with a number.
     ///
     /// # Errors
     /// As [`Source::send`].
     pub fn send_pixels(&mut self, frame: u32, picture: &Plane<u16>) -> Result<(), PayloadError> {
-        self.has_pixels = true;
         encode_pixels(frame, picture).iter().try_for_each(|rows| self.send(message::PIXELS, rows))
     }
 

@@ -371,14 +371,19 @@ impl Tracker {
         }
     }
 
+    /// Returns the work units that the fit to keyframe `k` needs, and that what comes before it leaves.
+    fn kept_for_fit(&self, k: usize) -> usize {
+        let learning = LEARNED_WORK * self.keyframes[k].features.len();
+        learning + self.filter.work(RESERVED_SIGHTINGS, self.filter.expected_cells())
+    }
+
     /// Matches keyframe `k` where it is predicted, refines some patches, and fits the filter.
     fn track(&mut self, k: usize, patches: usize, present: &Seen<'_>, budget: &mut Budget) -> Option<Found> {
         mark(Part::Matching);
+        let mut matching = budget.split(self.kept_for_fit(k));
         let filter = &self.filter;
         let keyframe = &self.keyframes[k];
         let memory = &mut self.memory;
-        let learning = LEARNED_WORK * keyframe.features.len();
-        let mut matching = budget.split(learning + filter.work(RESERVED_SIGHTINGS, filter.expected_cells()));
         let matched = match_predicted(filter, k, keyframe, &present.camera, present.features, memory, &mut matching);
         budget.absorb(matching);
         let matched = matched?;
@@ -389,18 +394,16 @@ impl Tracker {
 
     /// Refines sightings of keyframe `k` on the frames, at most `patches` and as many as the fit leaves units for.
     fn refine(&mut self, k: usize, patches: usize, present: &Seen<'_>, budget: &mut Budget) {
-        let Some((pixels, homography)) = present.pixels.zip(self.homography(k, &present.camera)) else {
+        let views = self.views(k, &present.camera);
+        let homography = views.and_then(|views| self.homography(k, &views));
+        let Some((pixels, homography)) = present.pixels.zip(homography) else {
             self.keyframes[k].takes_turns = false;
             return;
         };
-        let filter = &self.filter;
-        let keyframe = &mut self.keyframes[k];
-        let learning = LEARNED_WORK * keyframe.features.len();
-        let reserved = learning + filter.work(RESERVED_SIGHTINGS, filter.expected_cells());
         mark(Part::Refinement);
-        let paid = budget.left().saturating_sub(reserved as u64) / REFINED_WORK as u64;
+        let paid = budget.left().saturating_sub(self.kept_for_fit(k) as u64) / REFINED_WORK as u64;
         let most = paid.min(patches as u64) as usize;
-        let tried = keyframe.refine(&mut self.memory.sightings, pixels, &homography, most);
+        let tried = self.keyframes[k].refine(&mut self.memory.sightings, pixels, &homography, most);
         budget.spend(REFINED_WORK * tried);
     }
 
@@ -502,9 +505,8 @@ impl Tracker {
         ])
     }
 
-    /// Returns the predicted homography from keyframe `k` to the present frame over level ground.
-    fn homography(&self, k: usize, camera: &Camera) -> Option<Matrix3<f64>> {
-        let views = self.views(k, camera)?;
+    /// Returns the predicted homography from keyframe `k` to the present frame over level ground, between their views.
+    fn homography(&self, k: usize, views: &[View; 2]) -> Option<Matrix3<f64>> {
         let (moved, _) = self.filter.displacement(k)?;
         Some(ground_homography(&views[0], &views[1], moved.xy()))
     }
@@ -512,7 +514,7 @@ impl Tracker {
     /// Returns the predicted overlap with keyframe `k`, as a fraction, and the logarithm of the change of scale.
     fn overlap_and_scale(&self, k: usize, camera: &Camera) -> Option<(f64, f64)> {
         let views = self.views(k, camera)?;
-        let homography = self.homography(k, camera)?;
+        let homography = self.homography(k, &views)?;
         let scale = |view: &View| view.camera().focal() / view.height();
         Some((overlap(&homography, camera), libm::log(scale(&views[1]) / scale(&views[0]))))
     }

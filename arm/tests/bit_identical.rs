@@ -2,22 +2,21 @@
 
 mod support;
 
-use hoverlock_arm::message::Command;
 use hoverlock_pictures::data_dir;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{self, Output};
-use support::adversarial::{self, Samples, Shape, Taken};
+use std::process::{Command, Output};
+use support::adversarial::{self, Samples, Shape};
 
 /// Returns the binary of `make arm`, or `None` if it or qemu is missing.
 fn arm_binary() -> Option<PathBuf> {
     let target = Path::new(env!("CARGO_BIN_EXE_hoverlock-nav")).ancestors().nth(2)?;
     let binary = target.join("arm/armv7-unknown-linux-gnueabihf/release/hoverlock-nav");
-    let qemu = process::Command::new("qemu-arm").arg("--version").output().is_ok();
+    let qemu = Command::new("qemu-arm").arg("--version").output().is_ok();
     (qemu && binary.is_file()).then_some(binary)
 }
 
-fn run(command: &mut process::Command, stream: &Path) -> Output {
+fn run(command: &mut Command, stream: &Path) -> Output {
     let output = command.arg(stream).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     output
@@ -27,8 +26,8 @@ fn run(command: &mut process::Command, stream: &Path) -> Output {
 fn compare(arm: &Path, name: &str, bytes: &[u8]) -> String {
     let stream = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name).with_extension("hln");
     std::fs::write(&stream, bytes).unwrap();
-    let host = run(&mut process::Command::new(env!("CARGO_BIN_EXE_hoverlock-nav")), &stream);
-    let flown = run(process::Command::new("qemu-arm").args(["-cpu", "cortex-a9"]).arg(arm), &stream);
+    let host = run(&mut Command::new(env!("CARGO_BIN_EXE_hoverlock-nav")), &stream);
+    let flown = run(Command::new("qemu-arm").args(["-cpu", "cortex-a9"]).arg(arm), &stream);
     let text = |output: &Output| String::from_utf8(output.stdout.clone()).unwrap();
     assert_eq!(text(&host), text(&flown), "{name}: run `make arm` if the sources have changed since");
     assert_eq!(host.stderr, flown.stderr, "{name}");
@@ -47,13 +46,7 @@ fn host_and_arm_write_the_same_bytes() {
     };
     let lines = compare(&arm, "scene", &support::scene::stream(800, 10).messages.concat());
     assert_eq!(lines.matches("\"status\":\"estimate\"").count(), 9, "{lines}");
-    let taken = |i: usize| Taken {
-        shape: Shape::Ground,
-        samples: Samples::Even,
-        after_us: 250_000,
-        command: (i == 4).then_some(Command::Renew),
-    };
-    let frames: Vec<Taken> = (0..8).map(taken).collect();
+    let frames = adversarial::repeated(Shape::Ground, Samples::Even, 8);
     let refined = adversarial::stream(Shape::Ground, &frames, Some(&adversarial::texture()));
     let lines = compare(&arm, "refined", &refined.messages.concat());
     assert!(lines.matches("x_e_m").count() >= 7, "{lines}");

@@ -12,7 +12,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::sync::OnceLock;
 use support::Source;
-use support::adversarial::{self, Samples, Shape, Taken};
+use support::adversarial::{self, Samples, Shape};
 use support::scene::{self, FIELD_OF_VIEW, SIZE, displacement, records, seen, stream, telemetry};
 
 thread_local! {
@@ -113,13 +113,7 @@ fn after_the_first_frames_nothing_is_allocated() {
 /// The same with the pixels of each frame and a keyframe from every second one.
 #[test]
 fn frames_with_pixels_allocate_nothing() {
-    let taken = |i: usize| Taken {
-        shape: Shape::Ground,
-        samples: Samples::Even,
-        after_us: 250_000,
-        command: (i % 2 == 1).then_some(Command::Renew),
-    };
-    let frames: Vec<Taken> = (0..12).map(taken).collect();
+    let frames = adversarial::repeated(Shape::Ground, Samples::Even, 12);
     let source = adversarial::stream(Shape::Ground, &frames, Some(&adversarial::texture()));
     let (mut navigator, mut estimates) = (Navigator::default(), 0);
     for message in &source.messages {

@@ -94,7 +94,7 @@ fn counted([nav, plugin]: &[PathBuf; 2], name: &str, source: &Source) -> Vec<u64
     let text = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.success(), "{name}: {text}");
     let counts = text.lines().filter_map(|line| line.strip_prefix("icount "));
-    let parts = if source.has_pixels() { Part::Transfer as usize - 1 } else { Part::End as usize };
+    let parts = if support::has_pixels(source) { Part::Transfer as usize - 1 } else { Part::End as usize };
     counts.map(|line| line.split(' ').take(parts).map(|count| count.parse::<u64>().unwrap()).sum()).collect()
 }
 

@@ -149,7 +149,7 @@ pub fn texture() -> Plane<u16> {
 }
 
 /// Frames of one shape, four a second, with a new keyframe from each second one.
-fn repeated(shape: Shape, samples: Samples, count: usize) -> Vec<Taken> {
+pub fn repeated(shape: Shape, samples: Samples, count: usize) -> Vec<Taken> {
     let command = |i: usize| (i % 2 == 1).then_some(Command::Renew);
     (0..count).map(|i| Taken { shape, samples, after_us: 250_000, command: command(i) }).collect()
 }

@@ -33,6 +33,12 @@ const REFERENCE: usize = 2;
 /// degrees; range and yaw are from `pseudo_gt.csv`.
 const SENSORS: SensorErrors = SensorErrors { tilt: 0.1, heading: 0.05, range: 2.0 };
 
+/// Returns `true` if a stream has rows of pixels.
+pub fn has_pixels(source: &Source) -> bool {
+    let kind = message::PIXELS.to_le_bytes();
+    source.messages.iter().any(|message| message.get(4..8) == Some(&kind[..]))
+}
+
 /// Creates a stream from a folder of `NN.png`: registers, then telemetry and records of each frame, and the command to
 /// capture before every second frame. The records are those of the bit-true model with settled thresholds. Range and
 /// yaw follow scale and rotation of neighbouring frames in `pseudo_gt.csv`; roll and pitch, which are unknown, are 0.

@@ -18,29 +18,18 @@
 mod spline;
 
 use hoverlock_reference::image::plane::Plane;
+use hoverlock_reference::motion::refine::{
+    AREA, MAX_MOVEMENT_PX, MIN_EIGENVALUE_RATIO, MIN_NCC, REACH_PX, SIDE, STRIDE,
+};
 use nalgebra::{Matrix2, Vector2};
 use spline::{PHASES, SLOPE, VALUE, Window};
 
-/// Samples of a patch along an axis.
-const SIDE: usize = 12;
-/// Distance of neighbouring samples, px.
-const STRIDE: usize = 2;
-/// Distance of the outermost samples from the centre of the patch, px.
-const REACH_PX: usize = (SIDE - 1) * STRIDE / 2;
-/// Samples of a patch.
-const AREA: usize = SIDE * SIDE;
 /// Fraction bits of the positions of samples before they are rounded to a phase.
 const POSITION_BITS: u32 = 16;
-/// Smallest ratio of the eigenvalues of the normal matrix.
-const MIN_EIGENVALUE_RATIO: f64 = 0.02;
 /// Smallest variance of the samples of a patch, in steps of 1/8: below it is rounding.
 const MIN_VARIANCE: f64 = 16.0;
 /// Steps of a patch.
 const STEPS: usize = 2;
-/// Largest movement of a patch, px of the keyframe. A matched feature is within it.
-const MAX_MOVEMENT_PX: f64 = 2.0;
-/// Smallest normalised cross correlation of a refined position.
-const MIN_NCC: f64 = 0.5;
 /// Degrees of freedom that step, gain and offset take.
 const FITTED: usize = 4;
 
@@ -50,6 +39,11 @@ type Patch = [i16; AREA];
 /// Returns the sum of the products of two patches, exact.
 fn product(a: &Patch, b: &Patch) -> i64 {
     a.iter().zip(b).map(|(a, b)| i64::from(i32::from(*a) * i32::from(*b))).sum()
+}
+
+/// Returns the sum of the products of two patches about their means, whose sums are given.
+fn product_about_means(a: &Patch, b: &Patch, [sum_a, sum_b]: [f64; 2]) -> f64 {
+    product(a, b) as f64 - sum_a * sum_b / AREA as f64
 }
 
 /// Returns the sum of a patch.
@@ -100,19 +94,17 @@ impl Template {
             slopes[0][i] = spline::sample(&values, &SLOPE);
             slopes[1][i] = spline::sample(&differences, &VALUE);
         }
-        let n = AREA as f64;
         let sum = total(&samples) as f64;
         let slope_sums = Vector2::from(slopes.each_ref().map(|slopes| total(slopes) as f64));
-        // About the means.
-        let square = product(&samples, &samples) as f64 - sum * sum / n;
-        if square < MIN_VARIANCE * n {
+        let square = product_about_means(&samples, &samples, [sum, sum]);
+        if square < MIN_VARIANCE * AREA as f64 {
             return None;
         }
         let norm = square.sqrt();
         let along =
-            Vector2::from_fn(|axis, _| product(&slopes[axis], &samples) as f64 - slope_sums[axis] * sum / n) / square;
+            Vector2::from_fn(|axis, _| product_about_means(&slopes[axis], &samples, [slope_sums[axis], sum])) / square;
         let [xx, xy, yy] = [[0, 0], [0, 1], [1, 1]]
-            .map(|[i, j]| product(&slopes[i], &slopes[j]) as f64 - slope_sums[i] * slope_sums[j] / n);
+            .map(|[i, j]| product_about_means(&slopes[i], &slopes[j], [slope_sums[i], slope_sums[j]]));
         // The part of a displacement that gain and offset explain as well is removed.
         let normal = Matrix2::new(xx, xy, xy, yy) / square - along * along.transpose();
         let (mean, half) = (normal.trace() / 2.0, (normal[(0, 0)] - normal[(1, 1)]) / 2.0);
@@ -159,16 +151,15 @@ impl Template {
     fn step(&self, window: &Window, q: Vector2<f64>, a: &Matrix2<f64>) -> Option<Step> {
         let phases = q.map(|v| (v * PHASES as f64).round());
         let patch = patch(window, &phases, a)?;
-        let n = AREA as f64;
         let sum = total(&patch) as f64;
-        let variance = product(&patch, &patch) as f64 - sum * sum / n;
-        if variance < MIN_VARIANCE * n {
+        let variance = product_about_means(&patch, &patch, [sum, sum]);
+        if variance < MIN_VARIANCE * AREA as f64 {
             return None;
         }
         let norms = self.norm * variance.sqrt();
-        let ncc = (product(&self.samples, &patch) as f64 - self.sum * sum / n) / norms;
+        let ncc = product_about_means(&self.samples, &patch, [self.sum, sum]) / norms;
         let slopes = Vector2::from_fn(|axis, _| {
-            (product(&self.slopes[axis], &patch) as f64 - self.slope_sums[axis] * sum / n) / norms
+            product_about_means(&self.slopes[axis], &patch, [self.slope_sums[axis], sum]) / norms
         });
         Some(Step { centre: phases / PHASES as f64, by: self.inverse * (self.along * ncc - slopes), ncc })
     }

@@ -11,7 +11,7 @@ pub(super) const WEIGHT_SUM: i32 = 512;
 const PIXEL_SHIFT: u32 = 4;
 /// Bits of the product of two weights that are rounded off a sample.
 const SAMPLE_SHIFT: u32 = 15;
-/// Side of a window, px. It holds a patch that is turned by any angle, or enlarged by half.
+/// Side of a window, px. It holds a patch that is turned by 20 degrees, or enlarged by a third, and may move.
 const WINDOW_PX: usize = 40;
 /// Pixels of a window from the first to the last that a sample needs.
 const TAPS: usize = 3 * WINDOW_PX + 4;

@@ -24,6 +24,7 @@ use crate::motion::model::{Pair, derivative, squared_error, transfer};
 use crate::motion::robust::{refit, scale};
 use nalgebra::{Matrix3, Vector2};
 use template::Template;
+pub use template::{AREA, MIN_EIGENVALUE_RATIO, REACH_PX, SIDE, STRIDE};
 
 /// Number of pairs that are refined, the best first.
 const MAX_REFINED_PAIRS: usize = 400;
@@ -33,10 +34,10 @@ const MAX_REFINED_PAIRS: usize = 400;
 const MIN_SEPARATION_PX: f64 = 8.0;
 
 /// Smallest NCC of a refined pair.
-const MIN_NCC: f64 = 0.5;
+pub const MIN_NCC: f64 = 0.5;
 
 /// Largest movement of a pair, px of REF. Inliers are within 3 px of the motion.
-const MAX_MOVEMENT_PX: f64 = 2.0;
+pub const MAX_MOVEMENT_PX: f64 = 2.0;
 
 /// Number of steps of a patch.
 const STEPS: usize = 3;

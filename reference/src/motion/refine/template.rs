@@ -5,19 +5,19 @@ use crate::motion::refine::spline::{sample, value_and_slope};
 use nalgebra::{Matrix2, Vector2};
 
 /// Samples of a patch along an axis. An even number has no sample at the centre: the samples are at odd distances.
-const SIDE: usize = 12;
+pub const SIDE: usize = 12;
 
 /// Distance of neighbouring samples, px.
-const STRIDE: usize = 2;
+pub const STRIDE: usize = 2;
 
 /// Distance of the outermost samples from the centre of the patch, px.
-const REACH_PX: usize = (SIDE - 1) * STRIDE / 2;
+pub const REACH_PX: usize = (SIDE - 1) * STRIDE / 2;
 
 /// Samples of a patch.
-const AREA: usize = SIDE * SIDE;
+pub const AREA: usize = SIDE * SIDE;
 
 /// Smallest ratio of the eigenvalues of the normal matrix.
-const MIN_EIGENVALUE_RATIO: f64 = 0.02;
+pub const MIN_EIGENVALUE_RATIO: f64 = 0.02;
 
 /// Smallest norm of the samples of a patch about their mean, DN. A uniform patch has that of the rounding only.
 const MIN_NORM: f64 = 1.0;
