@@ -302,10 +302,22 @@ pub fn position(feature: &Feature) -> Vector2<f64> {
     Vector2::new(x, y)
 }
 
+/// Returns the radius of the gate of a landmark in the middle of keyframe `k`, px; `None` if the frame cannot show it.
+pub fn predicted_reach(filter: &Filter, k: usize, keyframe: &Keyframe, camera: &Camera) -> Option<f64> {
+    let middle = keyframe.camera.last_pixel() / 2.0;
+    let mut reached = None;
+    filter.images(k, [&keyframe.camera, camera], std::iter::once((0, middle)), |_, prediction| {
+        let [x, y] = gate_reach(&prediction.covariance);
+        reached = Some(x.max(y));
+    });
+    reached
+}
+
 /// Matches the landmarks of keyframe `k` with the features of the present frame, in raster order, where the filter
 /// predicts them, into `memory.sightings`. Returns the number of inliers that the frame needs; `None` if the prediction
 /// is too uncertain for a matching, or if the budget does not pay for the predictions. If it ends later, landmarks that
-/// are spread over the picture have been matched, and the others count as not expected.
+/// are spread over the picture have been matched, and the others count as not expected. So do those whose own gate is
+/// larger than [`MAX_GATE_PX`].
 pub fn match_predicted(
     filter: &Filter,
     k: usize,
@@ -315,12 +327,7 @@ pub fn match_predicted(
     memory: &mut MatchMemory,
     budget: &mut Budget,
 ) -> Option<usize> {
-    let middle = keyframe.camera.last_pixel() / 2.0;
-    let mut is_uncertain = false;
-    filter.images(k, [&keyframe.camera, camera], std::iter::once((0, middle)), |_, prediction| {
-        let reach = gate_reach(&prediction.covariance);
-        is_uncertain = reach[0].max(reach[1]) > MAX_GATE_PX;
-    });
+    let is_uncertain = predicted_reach(filter, k, keyframe, camera).is_some_and(|reach| reach > MAX_GATE_PX);
     memory.tried = keyframe.tried().count();
     let fixed = LANDMARK_WORK * memory.tried + SIGHTED_WORK * current.len();
     if is_uncertain || !budget.spend(fixed) {
@@ -348,8 +355,10 @@ pub fn match_predicted(
         let Some(inverse) = covariance.try_inverse() else { continue };
         let reach = gate_reach(&covariance);
         let reached = reach[0].max(reach[1]);
+        // Its own residuals are large, or it is far from the middle: the others are matched without it.
         if reached.is_nan() || reached > MAX_GATE_PX {
-            return None;
+            predicted[landmark] = None;
+            continue;
         }
         largest = largest.max(reached);
         let feature = &keyframe.features[landmark];
@@ -454,4 +463,45 @@ fn keep_consensus(shifts: &[Vector2<f64>], sightings: &mut Vec<Sighting>) {
         index += 1;
         (shifts[index - 1] - best).norm_squared() <= 4.0 * radius
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hoverlock_reference::features::feature::Descriptor;
+    use hoverlock_reference::motion::observation::SensorErrors;
+    use hoverlock_reference::motion::orthophoto::Attitude;
+
+    /// In the narrow view a landmark on a roof may be tens of pixels from where the filter expects it.
+    #[test]
+    fn a_landmark_with_large_residuals_does_not_stop_the_others() {
+        let camera = Camera::with_field_of_view(1024, 768, 0.87).unwrap();
+        let features: Vec<Feature> = (0..192)
+            .map(|i| Feature {
+                x: 40 + 60 * (i % 16),
+                y: 40 + 60 * (i / 16),
+                scale: 0,
+                bright: true,
+                response: 100.0,
+                neighbours: [90.0; 4],
+                descriptor: Descriptor::of_two([i.wrapping_mul(0x9e37_79b9), !i], [i << 7, i]),
+            })
+            .collect();
+        let mut filter = Filter::new();
+        let sensors = SensorErrors { tilt: 0.0035, heading: 0.01, range: 0.1 };
+        filter.restart(50.0, &Attitude::default(), &sensors, 46.0, false);
+        filter.clone_pose(0);
+        let mut keyframe = Keyframe::with_capacity(features.len());
+        keyframe.fill(Some(0), camera, &features, 1);
+        let mut memory = MatchMemory::with_capacity(features.len());
+        let mut matched = |keyframe: &Keyframe| {
+            let mut budget = Budget::UNLIMITED;
+            match_predicted(&filter, 0, keyframe, &camera, &features, &mut memory, &mut budget)?;
+            Some(memory.sightings.iter().map(|sighting| sighting.landmark).collect::<Vec<_>>())
+        };
+        assert_eq!(matched(&keyframe), Some((0..192).collect()));
+        let landmark = &mut keyframe.landmarks[100];
+        (landmark.good, landmark.residual) = (10, Matrix2::identity() * 400.0);
+        assert_eq!(matched(&keyframe), Some((0..192).filter(|i| *i != 100).collect()));
+    }
 }

@@ -64,6 +64,14 @@ impl Budget {
         self.late |= part.is_late();
     }
 
+    /// Does work that may end early with what is left. Work that is refused in it does not make this budget late.
+    pub fn optional<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T {
+        let mut part = Self::new(self.left());
+        let done = work(&mut part);
+        self.left -= part.spent();
+        done
+    }
+
     /// Returns `true` once work was refused, to this budget or to one that it has absorbed.
     pub fn is_late(&self) -> bool {
         self.refused || self.late
@@ -99,5 +107,14 @@ mod tests {
         assert_eq!((budget.spent(), budget.left()), (5, 5));
         assert!(budget.is_late() && !budget.is_exhausted() && budget.spend(5));
         assert_eq!(budget.split(1).left(), 0);
+    }
+
+    #[test]
+    fn optional_work_that_is_refused_makes_nothing_late() {
+        let mut budget = Budget::new(10);
+        assert!(!budget.optional(|rest| rest.spend(4) && rest.spend(7)));
+        assert!(!budget.is_late());
+        assert_eq!((budget.spent(), budget.left()), (4, 6));
+        assert!(budget.spend(6) && !budget.optional(|rest| rest.spend(1)) && !budget.is_late());
     }
 }
