@@ -5,15 +5,15 @@ mod support;
 use hoverlock_arm::framing::Decoder;
 use hoverlock_arm::line::{Line, Reason, Status};
 use hoverlock_arm::message::{self, Command, InertialSample, Telemetry};
-use hoverlock_arm::navigator::{Navigator, Next, WORK_UNITS};
+use hoverlock_arm::navigator::{Navigator, WORK_UNITS};
 use hoverlock_reference::motion::orthophoto::Attitude;
 use proptest::prelude::*;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::sync::OnceLock;
-use support::Source;
 use support::adversarial::{self, Samples, Shape};
 use support::scene::{self, FIELD_OF_VIEW, SIZE, displacement, records, seen, stream, telemetry};
+use support::{Source, flown};
 
 thread_local! {
     static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
@@ -45,24 +45,6 @@ unsafe impl GlobalAlloc for Counting {
 
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
-
-/// Returns all lines of a byte stream.
-fn flown(mut bytes: &[u8], mut navigator: Navigator) -> Vec<Line> {
-    let (mut decoder, mut lines) = (Decoder::default(), Vec::new());
-    'stream: loop {
-        let more = decoder.read(&mut bytes).unwrap();
-        while let Some(raw) = decoder.message() {
-            if navigator.take(&raw, &mut |line| lines.push(line.clone())).unwrap() == Next::Stop {
-                break 'stream;
-            }
-        }
-        if !more {
-            break;
-        }
-    }
-    navigator.finish(&mut |line| lines.push(line.clone()));
-    lines
-}
 
 fn lines(source: &Source) -> Vec<Line> {
     flown(&source.messages.concat(), Navigator::default())

@@ -3,8 +3,6 @@
 
 mod support;
 
-use hoverlock_arm::framing::Decoder;
-use hoverlock_arm::line::Line;
 use hoverlock_arm::message::{self, Command, InertialSample, Telemetry};
 use hoverlock_arm::navigator::Navigator;
 use hoverlock_design::KT27;
@@ -14,7 +12,7 @@ use hoverlock_reference::image::fourier::Spectrum;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::model::Pair;
 use nalgebra::Vector2;
-use support::Source;
+use support::{Source, fly};
 
 /// Side of the pictures, px.
 const SIDE: usize = 256;
@@ -63,23 +61,16 @@ fn stream(frames: &[Plane<u16>], with_pixels: impl Fn(usize) -> bool) -> Source 
 
 /// Returns, for the frames from the tenth on, which all have an estimate, the errors of the inliers, px.
 fn errors(source: &Source) -> Vec<Vec<f64>> {
-    let bytes = source.messages.concat();
-    let (mut decoder, mut navigator, mut rest) = (Decoder::default(), Navigator::default(), bytes.as_slice());
     let (mut frame, mut errors) = (0, Vec::new());
-    while decoder.read(&mut rest).unwrap() {
-        while let Some(raw) = decoder.message() {
-            let mut line = None;
-            navigator.take(&raw, &mut |new: &Line| line = Some(new.clone())).unwrap();
-            let Some(line) = line else { continue };
-            if frame >= 10 {
-                assert!(line.estimate.is_some(), "frame {frame}: {line:?}");
-                let moved = Vector2::from(STEP_PX) * f64::from(frame);
-                let miss = |pair: &Pair| (pair.current - pair.reference - moved).norm();
-                errors.push(navigator.inliers().iter().map(miss).collect());
-            }
-            frame += 1;
+    fly(&source.messages.concat(), Navigator::default(), |line, inliers| {
+        if frame >= 10 {
+            assert!(line.estimate.is_some(), "frame {frame}: {line:?}");
+            let moved = Vector2::from(STEP_PX) * f64::from(frame);
+            let miss = |pair: &Pair| (pair.current - pair.reference - moved).norm();
+            errors.push(inliers.iter().map(miss).collect());
         }
-    }
+        frame += 1;
+    });
     errors
 }
 

@@ -2,7 +2,6 @@
 
 mod support;
 
-use hoverlock_arm::framing::Decoder;
 use hoverlock_arm::line::{Line, Status};
 use hoverlock_arm::message::Command as Order;
 use hoverlock_arm::navigator::{MAX_FRAME_INSTRUCTIONS, Navigator, WORK_UNITS};
@@ -13,27 +12,14 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use support::Source;
 use support::adversarial::{self, Samples, Shape, Taken};
+use support::{Source, flown};
 
 /// Instructions of a frame that is refused at once, which no unit counts: its message is still checked byte for byte.
 const UNCOUNTED_INSTRUCTIONS: u64 = 100_000;
 
 fn lines(source: &Source, work: u64) -> Vec<Line> {
-    let bytes = source.messages.concat();
-    let (mut decoder, mut bytes, mut lines) = (Decoder::default(), bytes.as_slice(), Vec::new());
-    let mut navigator = Navigator::with_work(work);
-    loop {
-        let more = decoder.read(&mut bytes).unwrap();
-        while let Some(raw) = decoder.message() {
-            navigator.take(&raw, &mut |line| lines.push(line.clone())).unwrap();
-        }
-        if !more {
-            break;
-        }
-    }
-    navigator.finish(&mut |line| lines.push(line.clone()));
-    lines
+    flown(&source.messages.concat(), Navigator::with_work(work))
 }
 
 fn shape() -> impl Strategy<Value = Shape> {

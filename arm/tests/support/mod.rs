@@ -5,12 +5,16 @@
 pub mod adversarial;
 pub mod scene;
 
+use hoverlock_arm::framing::Decoder;
+use hoverlock_arm::line::Line;
 use hoverlock_arm::message::{self, Command, Telemetry};
+use hoverlock_arm::navigator::{Navigator, Next};
 pub use hoverlock_arm::source::Source;
 use hoverlock_design::KT27;
 use hoverlock_fixed_point::model::simd::SimdBitTrue;
 use hoverlock_fixed_point::model::threshold::ThresholdController;
 use hoverlock_pictures::Picture;
+use hoverlock_reference::motion::model::Pair;
 use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::Attitude;
 use std::io;
@@ -37,6 +41,31 @@ const SENSORS: SensorErrors = SensorErrors { tilt: 0.1, heading: 0.05, range: 2.
 pub fn has_pixels(source: &Source) -> bool {
     let kind = message::PIXELS.to_le_bytes();
     source.messages.iter().any(|message| message.get(4..8) == Some(&kind[..]))
+}
+
+/// Sends a byte stream through the flight program, to its end or to the command to stop. `seen` is called with each
+/// line and the inliers of the last estimate.
+pub fn fly(mut bytes: &[u8], mut navigator: Navigator, mut seen: impl FnMut(Line, &[Pair])) {
+    let (mut decoder, mut lines) = (Decoder::default(), Vec::new());
+    let (mut more, mut next) = (true, Next::Continue);
+    while more && next != Next::Stop {
+        more = decoder.read(&mut bytes).unwrap();
+        while next != Next::Stop
+            && let Some(raw) = decoder.message()
+        {
+            next = navigator.take(&raw, &mut |line| lines.push(line.clone())).unwrap();
+            lines.drain(..).for_each(|line| seen(line, navigator.inliers()));
+        }
+    }
+    navigator.finish(&mut |line| lines.push(line.clone()));
+    lines.into_iter().for_each(|line| seen(line, navigator.inliers()));
+}
+
+/// Returns all lines of a byte stream.
+pub fn flown(bytes: &[u8], navigator: Navigator) -> Vec<Line> {
+    let mut lines = Vec::new();
+    fly(bytes, navigator, |line, _| lines.push(line));
+    lines
 }
 
 /// Creates a stream from a folder of `NN.png`: registers, then telemetry and records of each frame, and the command to
