@@ -2,10 +2,10 @@
 module address_counter_properties (input clock);
   (* anyseq *) reg reset, advance;
   (* anyseq *) reg [`W-1:0] width;
-  wire [`X-1:0] address, delayed_1, delayed_5;
+  wire [`X-1:0] address, delayed_1, delayed_2, delayed_5;
   address_counter dut (
     .clock(clock), .reset(reset), .advance(advance), .width(width), .address(address), .delayed_1(delayed_1),
-    .delayed_5(delayed_5)
+    .delayed_2(delayed_2), .delayed_5(delayed_5)
   );
 
   reg begun = 0;
@@ -37,7 +37,9 @@ module address_counter_properties (input clock);
       assume (reset);
     else begin
       inside: assert (width_before == 11'd0 || {1'b0, address} < width_before);
-      copies: assert (delayed_1 == history[`X-1:0] && delayed_5 == history[4*`X +: `X]);
+      copies: assert (
+        delayed_1 == history[`X-1:0] && delayed_2 == history[`X +: `X] && delayed_5 == history[4*`X +: `X]
+      );
       whole: assert (\dut.delayed == history);
       if (was_reset)
         cleared: assert (address == 10'd0);

@@ -12,6 +12,7 @@ module address_counter (
   input  wire [10:0] width,
   output reg  [9:0] address,
   output reg  [9:0] delayed_1,
+  output reg  [9:0] delayed_2,
   output reg  [9:0] delayed_5
 );
 
@@ -30,6 +31,7 @@ always @(posedge clock)
 
 always @(*) begin
   delayed_1 = delayed[9:0];
+  delayed_2 = delayed[19:10];
   delayed_5 = delayed[49:40];
 end
 

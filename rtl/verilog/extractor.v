@@ -38,6 +38,7 @@ wire [15:0] pixels_y;
 wire [383:0] smoothers_window_bank;
 wire [9:0] smoothers_address;
 wire [9:0] smoothers_address_delayed_1;
+wire [9:0] smoothers_address_delayed_2;
 wire [17:0] smoothers_narrow;
 wire [17:0] smoothers_middle;
 wire [17:0] smoothers_wide;
@@ -137,6 +138,7 @@ smoothers smoothers (
   .window_bank(smoothers_window_bank),
   .address(smoothers_address),
   .address_delayed_1(smoothers_address_delayed_1),
+  .address_delayed_2(smoothers_address_delayed_2),
   .narrow(smoothers_narrow),
   .middle(smoothers_middle),
   .wide(smoothers_wide),
@@ -156,7 +158,7 @@ scale_pair scale_pair_0 (
   .reset(reset),
   .advance(advance),
   .address(smoothers_address),
-  .address_delayed_1(smoothers_address_delayed_1),
+  .address_delayed_2(smoothers_address_delayed_2),
   .narrow(smoothers_narrow),
   .wide(smoothers_middle),
   .response(scale_pair_0_response),
@@ -174,7 +176,7 @@ scale_pair scale_pair_1 (
   .reset(reset),
   .advance(advance),
   .address(smoothers_address),
-  .address_delayed_1(smoothers_address_delayed_1),
+  .address_delayed_2(smoothers_address_delayed_2),
   .narrow(smoothers_middle),
   .wide(smoothers_wide),
   .response(scale_pair_1_response),
@@ -376,7 +378,7 @@ candidate_queue queue (
 );
 
 // The ring gives the descriptor of a feature.
-line_delay #(.BITS(16), .ROWS(28), .TAPS(28'hed2a5b8), .OUTPUTS(15), .ADDRESS_BITS(10)) ring_lines_0 (
+line_delay #(.BITS(16), .ROWS(28), .TAPS(28'hed2a5b8), .OUTPUTS(15), .ADDRESS_BITS(10), .READ(1)) ring_lines_0 (
   .clock(clock),
   .advance(advance),
   .address(smoothers_address),
@@ -385,7 +387,7 @@ line_delay #(.BITS(16), .ROWS(28), .TAPS(28'hed2a5b8), .OUTPUTS(15), .ADDRESS_BI
   .y(ring_lines_0_y)
 );
 
-line_delay #(.BITS(16), .ROWS(32), .TAPS(32'hd5249255), .OUTPUTS(14), .ADDRESS_BITS(10)) ring_lines_1 (
+line_delay #(.BITS(16), .ROWS(32), .TAPS(32'hd5249255), .OUTPUTS(14), .ADDRESS_BITS(10), .READ(1)) ring_lines_1 (
   .clock(clock),
   .advance(advance),
   .address(smoothers_address),

@@ -13,7 +13,7 @@ module scale_pair (
   input  wire reset,
   input  wire advance,
   input  wire [9:0] address,
-  input  wire [9:0] address_delayed_1,
+  input  wire [9:0] address_delayed_2,
   input  wire [17:0] narrow,
   input  wire [17:0] wide,
   output wire [15:0] response,
@@ -71,11 +71,11 @@ signed_response signed_response (
 assign saturated = difference_saturated;
 assign response = signed_response_y;
 // Maxima of seven rows of one column, then their maxima along the row.
-line_delay #(.BITS(16), .ROWS(6), .TAPS(6'h3f), .OUTPUTS(6), .ADDRESS_BITS(10)) lines (
+line_delay #(.BITS(16), .ROWS(6), .TAPS(6'h3f), .OUTPUTS(6), .ADDRESS_BITS(10), .READ(2)) lines (
   .clock(clock),
   .advance(advance),
   .address(address),
-  .write_address(address_delayed_1),
+  .write_address(address_delayed_2),
   .x(signed_response_y),
   .y(lines_y)
 );

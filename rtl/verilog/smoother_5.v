@@ -228,7 +228,7 @@ coefficient_register recursion_coefficient (
   .g(recursion_coefficient_g)
 );
 
-line_delay #(.BITS(18), .ROWS(1), .TAPS(1'h1), .OUTPUTS(1), .ADDRESS_BITS(10)) recursion_memory (
+line_delay #(.BITS(18), .ROWS(1), .TAPS(1'h1), .OUTPUTS(1), .ADDRESS_BITS(10), .READ(1)) recursion_memory (
   .clock(clock),
   .advance(advance),
   .address(address),

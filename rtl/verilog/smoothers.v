@@ -22,6 +22,7 @@ module smoothers (
   output wire [383:0] window_bank,
   output wire [9:0] address,
   output wire [9:0] address_delayed_1,
+  output wire [9:0] address_delayed_2,
   output wire [17:0] narrow,
   output wire [17:0] middle,
   output wire [17:0] wide,
@@ -30,6 +31,7 @@ module smoothers (
 
 wire [9:0] counter_address;
 wire [9:0] counter_delayed_1;
+wire [9:0] counter_delayed_2;
 wire [9:0] counter_delayed_5;
 wire [15:0] line_memory_taps_0;
 wire [15:0] line_memory_taps_1;
@@ -124,11 +126,13 @@ address_counter counter (
   .width(width),
   .address(counter_address),
   .delayed_1(counter_delayed_1),
+  .delayed_2(counter_delayed_2),
   .delayed_5(counter_delayed_5)
 );
 
 assign address = counter_address;
 assign address_delayed_1 = counter_delayed_1;
+assign address_delayed_2 = counter_delayed_2;
 // Rows of pixels for the first two column stages, rows of states for the others.
 column_memory line_memory (
   .clock(clock),

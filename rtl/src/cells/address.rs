@@ -7,8 +7,9 @@ use rust_hdl::prelude::*;
 use super::{Address, Width, low};
 use crate::design::COLUMN_BITS;
 
-/// The delays of [`AddressCounter`] in steps: one to write a line memory, five to write the memory of the recursion.
-pub const ADDRESS_DELAYS: [usize; 2] = [1, 5];
+/// The delays of [`AddressCounter`] in steps: one to write a line memory, two to write one with a
+/// register behind it, five to write the memory of the recursion.
+pub const ADDRESS_DELAYS: [usize; 3] = [1, 2, 5];
 
 /// The address counter that all line memories share.
 ///
@@ -29,6 +30,8 @@ pub struct AddressCounter {
     pub address: Signal<Out, Address>,
     /// The address one step ago.
     pub delayed_1: Signal<Out, Address>,
+    /// The address two steps ago.
+    pub delayed_2: Signal<Out, Address>,
     /// The address five steps ago.
     pub delayed_5: Signal<Out, Address>,
     _delayed: VecDeque<u64>,
@@ -54,12 +57,14 @@ impl Logic for AddressCounter {
         let delayed = &self._delayed;
         self.address.next = delayed[0].into();
         self.delayed_1.next = delayed[1].into();
+        self.delayed_2.next = delayed[2].into();
         self.delayed_5.next = delayed[5].into();
     }
 
     fn connect(&mut self) {
         self.address.connect();
         self.delayed_1.connect();
+        self.delayed_2.connect();
         self.delayed_5.connect();
     }
 

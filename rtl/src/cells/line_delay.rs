@@ -6,11 +6,16 @@
 //! so a frame may begin at any address: the delay is always `k W` steps. An M10K of 1024 words is 10 bits wide, so the
 //! rows fill the memories up to the last few bits.
 //!
-//! The word is written at the address of `1 + e` steps ago. With `e > 0` the loop through the memory takes `W - e`
+//! A word that logic follows comes from a register behind the memory, is written one step later, and the delay is the
+//! same: a read takes `r` steps, 1 or 2.
+//!
+//! The word is written at the address of `r + e` steps ago. With `e > 0` the loop through the memory takes `W - e`
 //! steps, which leaves `e` steps for the logic of a recursion.
 //!
 //! In a protected design each sample has a parity bit, which is made as the sample comes in, stays with it and is
 //! checked wherever the sample is used.
+
+use std::collections::VecDeque;
 
 use rust_hdl::prelude::*;
 
@@ -26,7 +31,7 @@ pub struct LineDelay<const B: usize, const OUT: usize> {
     pub advance: Signal<In, Bit>,
     /// Line memory address: the number of steps modulo `W`.
     pub address: Signal<In, Address>,
-    /// The address one step ago, or `1 + e` steps ago.
+    /// The address `r + e` steps ago.
     pub write_address: Signal<In, Address>,
     /// One sample per step.
     pub x: Signal<In, Bits<B>>,
@@ -37,7 +42,8 @@ pub struct LineDelay<const B: usize, const OUT: usize> {
     _rows: usize,
     _taps: Vec<usize>,
     _memory: Vec<Vec<Bits<B>>>,
-    _column: Vec<Bits<B>>,
+    /// The words of the last reads, the newest first: one for each step of a read.
+    _columns: VecDeque<Vec<Bits<B>>>,
 }
 
 impl<const B: usize, const OUT: usize> LineDelay<B, OUT> {
@@ -56,8 +62,15 @@ impl<const B: usize, const OUT: usize> LineDelay<B, OUT> {
             _rows: rows,
             _taps: taps.to_vec(),
             _memory: vec![vec![0u64.into(); rows]; LINE_WORDS],
-            _column: vec![0u64.into(); rows],
+            _columns: vec![vec![0u64.into(); rows]].into(),
         }
+    }
+
+    /// The same with a register behind the memory.
+    pub fn registered(taps: &[usize]) -> Self {
+        let mut lines = Self::new(taps);
+        lines._columns.push_back(vec![0u64.into(); lines._rows]);
+        lines
     }
 }
 
@@ -65,14 +78,14 @@ impl<const B: usize, const OUT: usize> Logic for LineDelay<B, OUT> {
     fn update(&mut self) {
         if self.clock.pos_edge() && self.advance.val() {
             let read = self._memory[self.address.val().index()].clone();
-            let mut written = self._column.clone();
+            let mut written = self._columns.pop_back().unwrap_or_default();
             written.insert(0, self.x.val());
             written.truncate(self._rows);
             self._memory[self.write_address.val().index()] = written;
-            self._column = read;
+            self._columns.push_front(read);
             let mut out = self.y.val();
             for (i, tap) in self._taps.iter().enumerate() {
-                out.set_bits(i * B, self._column[tap - 1]);
+                out.set_bits(i * B, self._columns[self._columns.len() - 1][tap - 1]);
             }
             self.y.next = out;
         }
@@ -92,6 +105,7 @@ impl<const B: usize, const OUT: usize> Logic for LineDelay<B, OUT> {
             ("TAPS", format!("{rows}'h{taps:x}")),
             ("OUTPUTS", self._taps.len().to_string()),
             ("ADDRESS_BITS", COLUMN_BITS.to_string()),
+            ("READ", self._columns.len().to_string()),
         ];
         of_family(if PARITY == 1 { "line_delay_parity" } else { "line_delay" }, &parameters)
     }

@@ -2,13 +2,16 @@
 // memory word, read, shifted by one row and written back.
 // The address counts steps modulo W, so a frame may begin at any address. Only samples that the frame itself wrote are
 // used.
+// A read takes READ steps, 2 where logic follows: the word then comes from a register, and `write_address` is a step
+// older.
 // Latency: 1 to ROWS lines.
 module line_delay #(
   parameter BITS = 16,
   parameter ROWS = 1,
   parameter [ROWS-1:0] TAPS = 1,
   parameter OUTPUTS = 1,
-  parameter ADDRESS_BITS = 10
+  parameter ADDRESS_BITS = 10,
+  parameter READ = 1
 ) (
   input  wire clock,
   input  wire advance,
@@ -19,6 +22,7 @@ module line_delay #(
 );
 
 localparam WORDS = 1 << ADDRESS_BITS;
+localparam WORD = BITS*ROWS;
 
 // The number of taps below a row.
 function integer taps_below(input integer row);
@@ -35,15 +39,29 @@ initial if (taps_below(ROWS) != OUTPUTS) begin
   $finish;
 end
 
-reg [BITS*ROWS-1:0] memory [0:WORDS-1];
-reg [BITS*ROWS-1:0] column;
-wire [BITS*(ROWS+1)-1:0] shifted = {column, x};
+initial if (READ < 1 || READ > 2) begin
+  $error("%m: READ is 1 or 2, not %0d", READ);
+  $finish;
+end
+
+reg [WORD-1:0] memory [0:WORDS-1];
+reg [WORD*READ-1:0] words;
+wire [WORD-1:0] column = words[WORD*(READ-1) +: WORD];
+wire [WORD+BITS-1:0] shifted = {column, x};
 
 always @(posedge clock)
   if (advance) begin
-    column <= memory[address];
-    memory[write_address] <= shifted[BITS*ROWS-1:0];
+    words[WORD-1:0] <= memory[address];
+    memory[write_address] <= shifted[WORD-1:0];
   end
+
+generate
+  if (READ == 2) begin : registered
+    always @(posedge clock)
+      if (advance)
+        words[WORD +: WORD] <= words[WORD-1:0];
+  end
+endgenerate
 
 genvar k;
 generate
@@ -54,6 +72,6 @@ generate
   end
 endgenerate
 
-wire unused = ^shifted[BITS*(ROWS+1)-1:BITS*ROWS];
+wire unused = ^shifted[WORD +: BITS];
 
 endmodule

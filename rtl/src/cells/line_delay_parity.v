@@ -6,7 +6,8 @@ module line_delay_parity #(
   parameter ROWS = 1,
   parameter [ROWS-1:0] TAPS = 1,
   parameter OUTPUTS = 1,
-  parameter ADDRESS_BITS = 10
+  parameter ADDRESS_BITS = 10,
+  parameter READ = 1
 ) (
   input  wire clock,
   input  wire advance,
@@ -17,12 +18,13 @@ module line_delay_parity #(
   output reg  upset
 );
 
-localparam SAMPLE = BITS + 1;
+// Bits of a sample with its parity bit.
+localparam CODE = BITS + 1;
 
-wire [SAMPLE*OUTPUTS-1:0] samples;
+wire [CODE*OUTPUTS-1:0] samples;
 wire [OUTPUTS-1:0] odd;
 
-line_delay #(.BITS(SAMPLE), .ROWS(ROWS), .TAPS(TAPS), .OUTPUTS(OUTPUTS), .ADDRESS_BITS(ADDRESS_BITS)) lines (
+line_delay #(.BITS(CODE), .ROWS(ROWS), .TAPS(TAPS), .OUTPUTS(OUTPUTS), .ADDRESS_BITS(ADDRESS_BITS), .READ(READ)) lines (
   .clock(clock),
   .advance(advance),
   .address(address),
@@ -36,16 +38,16 @@ line_delay #(.BITS(SAMPLE), .ROWS(ROWS), .TAPS(TAPS), .OUTPUTS(OUTPUTS), .ADDRES
 integer entry;
 initial begin
   for (entry = 0; entry < (1 << ADDRESS_BITS); entry = entry + 1)
-    lines.memory[entry] = {(SAMPLE*ROWS){1'b0}};
-  lines.column = {(SAMPLE*ROWS){1'b0}};
+    lines.memory[entry] = {(CODE*ROWS){1'b0}};
+  lines.words = {(CODE*ROWS*READ){1'b0}};
 end
 `endif
 
 genvar k;
 generate
   for (k = 0; k < OUTPUTS; k = k + 1) begin : tap
-    assign y[BITS*k +: BITS] = samples[SAMPLE*k +: BITS];
-    assign odd[k] = ^samples[SAMPLE*k +: SAMPLE];
+    assign y[BITS*k +: BITS] = samples[CODE*k +: BITS];
+    assign odd[k] = ^samples[CODE*k +: CODE];
   end
 endgenerate
 

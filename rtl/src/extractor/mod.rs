@@ -186,7 +186,7 @@ impl Logic for Extractor {
         self.scale_pair[$k].reset.next = self.reset.val();
         self.scale_pair[$k].advance.next = self.advance.val();
         self.scale_pair[$k].address.next = self.smoothers.address.val();
-        self.scale_pair[$k].address_delayed_1.next = self.smoothers.address_delayed_1.val();
+        self.scale_pair[$k].address_delayed_2.next = self.smoothers.address_delayed_2.val();
         self.scale_pair[$k].narrow.next = self.smoothers.$narrow.val();
         self.scale_pair[$k].wide.next = self.smoothers.$wide.val();
         )*

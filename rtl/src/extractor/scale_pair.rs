@@ -24,8 +24,8 @@ pub struct ScalePair {
     pub advance: Signal<In, Bit>,
     /// Line memory address: the number of steps modulo `W`.
     pub address: Signal<In, Address>,
-    /// The address one step ago.
-    pub address_delayed_1: Signal<In, Address>,
+    /// The address two steps ago.
+    pub address_delayed_2: Signal<In, Address>,
     /// Sample of the narrower smoother.
     pub narrow: Signal<In, State>,
     /// Sample of the wider smoother.
@@ -77,7 +77,7 @@ impl Default for ScalePair {
             reset: Signal::default(),
             advance: Signal::default(),
             address: Signal::default(),
-            address_delayed_1: Signal::default(),
+            address_delayed_2: Signal::default(),
             narrow: Signal::default(),
             wide: Signal::default(),
             response: Signal::default(),
@@ -91,7 +91,7 @@ impl Default for ScalePair {
             upset: Default::default(),
             difference: Difference::default(),
             signed_response: SignedResponse::default(),
-            lines: LineDelay::new(&[1, 2, 3, 4, 5, 6]),
+            lines: LineDelay::registered(&[1, 2, 3, 4, 5, 6]),
             column: ColumnMaximum::default(),
             later: WindowMaximum::new(7),
             earlier: WindowMaximum::new(7),
@@ -130,7 +130,7 @@ impl Logic for ScalePair {
         self.lines.clock.next = self.clock.val();
         self.lines.advance.next = self.advance.val();
         self.lines.address.next = self.address.val();
-        self.lines.write_address.next = self.address_delayed_1.val();
+        self.lines.write_address.next = self.address_delayed_2.val();
         self.lines.x.next = self.signed_response.y.val();
         self.column.clock.next = self.clock.val();
         self.column.advance.next = self.advance.val();

@@ -130,15 +130,16 @@ pub fn delays() {
 }
 
 pub fn lines_of_every_depth() {
-    /// A line memory of this width with these taps.
+    /// A line memory of this width with these taps, whose reads take this number of steps.
     macro_rules! lines {
-        ($bits:literal, $out:literal, $module:expr, $taps:expr) => {{
+        ($bits:literal, $out:literal, $module:expr, $taps:expr, $read:expr) => {{
             let (mut count, mut past) = (0u64, Vec::new());
-            let taps: &[usize] = $taps;
+            let (taps, read): (&[usize], u64) = ($taps, $read);
+            let cell = if read == 2 { LineDelay::<$bits, $out>::registered } else { LineDelay::<$bits, $out>::new };
             // As many steps as the oldest tap needs, and a hundred more.
             let cycles = 64 * taps[taps.len() - 1] + 200;
             alike!(
-                LineDelay::<$bits, $out>::new(taps),
+                cell(taps),
                 $module,
                 cycles,
                 [advance, address, write_address, x],
@@ -146,7 +147,7 @@ pub fn lines_of_every_depth() {
                 |cell: &mut LineDelay<$bits, $out>, cycle, draw: &mut ChaCha8Rng| {
                     cell.advance.next = cycle < 100 || draw.random_ratio(19, 20);
                     cell.address.next = (count % 60).into();
-                    cell.write_address.next = ((count + 59) % 60).into();
+                    cell.write_address.next = ((count + 60 - read) % 60).into();
                     count += u64::from(cell.advance.next);
                 },
                 |cell: &LineDelay<$bits, $out>, _| {
@@ -164,11 +165,12 @@ pub fn lines_of_every_depth() {
         // Bits, rows, taps, outputs; bit `k - 1` of the taps is row `k`.
         let taps: Vec<usize> = (1..=numbers[1]).filter(|row| numbers[2] >> (row - 1) & 1 != 0).collect();
         assert_eq!(taps.len(), numbers[3]);
+        let read = numbers[5] as u64;
         match (numbers[0], numbers[3]) {
-            (18, 1) => lines!(18, 18, &module, &taps),
-            (16, 6) => lines!(16, 96, &module, &taps),
-            (16, 15) => lines!(16, 240, &module, &taps),
-            (16, 14) => lines!(16, 224, &module, &taps),
+            (18, 1) => lines!(18, 18, &module, &taps, read),
+            (16, 6) => lines!(16, 96, &module, &taps, read),
+            (16, 15) => lines!(16, 240, &module, &taps, read),
+            (16, 14) => lines!(16, 224, &module, &taps, read),
             other => panic!("a line memory of another form: {other:?}"),
         }
     }
@@ -223,7 +225,7 @@ pub fn lines_and_addresses() {
         "address_counter",
         1500,
         [reset, advance, width],
-        [address, delayed_1, delayed_5],
+        [address, delayed_1, delayed_2, delayed_5],
         |cell: &mut AddressCounter, cycle, draw: &mut ChaCha8Rng| {
             resets!(cell, cycle, draw);
             cell.width.next = if cycle < 700 { 100u64 } else { 64 }.into();

@@ -160,7 +160,7 @@ pub fn smoothers() {
         "smoothers",
         4096 + 65 * 64 + 200,
         [reset, advance, width, height, start, pixel, frame_bank],
-        [window_bank, address, address_delayed_1, narrow, middle, wide, start_out],
+        [window_bank, address, address_delayed_1, address_delayed_2, narrow, middle, wide, start_out],
         |cell: &mut Smoothers, cycle, draw: &mut ChaCha8Rng| {
             cell.reset.next = cycle < 8;
             cell.advance.next = cycle >= 8 && draw.random_ratio(39, 40);
@@ -209,14 +209,14 @@ pub fn scale_pair() {
         ScalePair::default(),
         "scale_pair",
         64 * HEIGHT + 60,
-        [reset, advance, address, address_delayed_1, narrow, wide],
+        [reset, advance, address, address_delayed_2, narrow, wide],
         [response, saturated, strict, loose, p, centre, neighbours, ring],
         |cell: &mut ScalePair, cycle, draw: &mut ChaCha8Rng| {
             let step = steps.get();
             cell.reset.next = cycle < 2;
             cell.advance.next = cycle >= 2 && draw.random_ratio(39, 40);
             cell.address.next = (step as u64 % 64).into();
-            cell.address_delayed_1.next = ((step as u64 + 63) % 64).into();
+            cell.address_delayed_2.next = ((step as u64 + 62) % 64).into();
             let at = step.min(64 * HEIGHT - 1);
             cell.narrow.next = u64::from(narrow.as_slice()[at]).into();
             cell.wide.next = u64::from(wide.as_slice()[at]).into();
