@@ -302,17 +302,6 @@ pub fn position(feature: &Feature) -> Vector2<f64> {
     Vector2::new(x, y)
 }
 
-/// Returns the radius of the gate of a landmark in the middle of keyframe `k`, px; `None` if the frame cannot show it.
-pub fn predicted_reach(filter: &Filter, k: usize, keyframe: &Keyframe, camera: &Camera) -> Option<f64> {
-    let middle = keyframe.camera.last_pixel() / 2.0;
-    let mut reached = None;
-    filter.images(k, [&keyframe.camera, camera], std::iter::once((0, middle)), |_, prediction| {
-        let [x, y] = gate_reach(&prediction.covariance);
-        reached = Some(x.max(y));
-    });
-    reached
-}
-
 /// Matches the landmarks of keyframe `k` with the features of the present frame, in raster order, where the filter
 /// predicts them, into `memory.sightings`. Returns the number of inliers that the frame needs; `None` if the prediction
 /// is too uncertain for a matching, or if the budget does not pay for the predictions. If it ends later, landmarks that
@@ -327,7 +316,12 @@ pub fn match_predicted(
     memory: &mut MatchMemory,
     budget: &mut Budget,
 ) -> Option<usize> {
-    let is_uncertain = predicted_reach(filter, k, keyframe, camera).is_some_and(|reach| reach > MAX_GATE_PX);
+    let middle = keyframe.camera.last_pixel() / 2.0;
+    let mut is_uncertain = false;
+    filter.images(k, [&keyframe.camera, camera], std::iter::once((0, middle)), |_, prediction| {
+        let reach = gate_reach(&prediction.covariance);
+        is_uncertain = reach[0].max(reach[1]) > MAX_GATE_PX;
+    });
     memory.tried = keyframe.tried().count();
     let fixed = LANDMARK_WORK * memory.tried + SIGHTED_WORK * current.len();
     if is_uncertain || !budget.spend(fixed) {

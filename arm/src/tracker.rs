@@ -24,7 +24,7 @@
 //! displacement, whose scale has the error of the focal length.
 
 use crate::filter::{Filter, MAX_KEYFRAMES, Sighting, Step};
-use crate::keyframe::{Keyframe, MAX_REFINED, MatchMemory, REFINED_WORK, match_predicted, position, predicted_reach};
+use crate::keyframe::{Keyframe, MAX_REFINED, MatchMemory, REFINED_WORK, match_predicted, position};
 use crate::line::{Estimate, MIN_FEATURES, Reason};
 use crate::message::{InertialSample, Telemetry};
 use hoverlock_reference::features::feature::Feature;
@@ -71,11 +71,6 @@ const OVERLAP_GRID: (u32, u32) = (16, 12);
 const SPARE_SHARE: u64 = 8;
 /// Inliers that a keyframe needs at least.
 const MIN_INLIERS: usize = MIN_FEATURES;
-/// Radius of a search around a prediction, in radii of the gate of its landmarks: with twice as much, 7 standard
-/// deviations, it has every change that the filter takes for possible.
-const SEARCHED_REACHES: f64 = 2.0;
-/// The same, px, at least: relief, and turns that the middle of the picture does not show.
-const MIN_SEARCH_RADIUS_PX: f64 = 48.0;
 /// Sightings whose fit the search must leave work for.
 const RESERVED_SIGHTINGS: usize = 256;
 /// Steps of a prediction at most: with more samples between two frames, neighbours are merged. 0.6 s at 200 a second.
@@ -461,10 +456,11 @@ impl Tracker {
         let keyframe = &self.keyframes[k];
         let views = self.views(k, &present.camera).ok_or(Reason::OutOfView)?;
         let mut estimator = Estimator::default();
-        let reach = predicted_reach(filter, k, keyframe, &present.camera);
-        if let Some((prediction, reach)) = self.homography(k, &views).zip(reach) {
-            let radius = (SEARCHED_REACHES * reach).max(MIN_SEARCH_RADIUS_PX);
-            estimator.matching.gate = (radius <= GATE_RADIUS_PX).then_some(Gate { prediction, radius });
+        if let Some((moved, covariance)) = filter.displacement(k) {
+            let sigma = covariance.trace().max(0.0).sqrt() * present.camera.focal() / views[1].height();
+            let prediction = ground_homography(&views[0], &views[1], moved.xy());
+            estimator.matching.gate =
+                (3.5 * sigma <= GATE_RADIUS_PX).then_some(Gate { prediction, radius: GATE_RADIUS_PX });
         }
         mark(Part::Search);
         let pairs = ACQUIRED_WORK * keyframe.features.len().min(present.features.len());

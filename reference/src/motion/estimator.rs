@@ -1,8 +1,8 @@
 //! Estimates the motion between two pictures from their features: a wide search with few parameters, then refinement.
 //!
-//! 1. Match without a gate, or within that of a prediction, which is then the first hypothesis. Search a similarity, or
-//!    a shift if that is the model: a sample of two pairs is more often free of outliers than one of four. This step
-//!    alone decides whether there is an estimate, and its quality.
+//! 1. Match without a gate (or within that of a prediction) and search a similarity, or a shift if that is the model: a
+//!    sample of two pairs is more often free of outliers than one of four. This step alone decides whether there is an
+//!    estimate, and its quality.
 //! 2. Match again within 48 px of where the motion so far maps each feature, which recovers matches that a wrong
 //!    candidate had displaced, and search the final model. Then the same within 16 px. A round without consensus leaves
 //!    the motion unchanged.
@@ -95,8 +95,7 @@ impl Estimator {
         let whole = budget;
         let mut rest = whole.split(repeating_ground::reserved_work(&workspace.matching));
         let budget = &mut rest;
-        let predicted = self.matching.gate.map(|gate| gate.prediction);
-        let first = workspace.round(&self.matching, &search, predicted.as_ref(), budget, reference, current);
+        let first = workspace.round(&self.matching, &search, None, budget, reference, current);
         if let Err(error) = first {
             whole.absorb(rest);
             return Err(error);
