@@ -7,8 +7,8 @@ use rust_hdl::prelude::*;
 use super::{Address, Width, low};
 use crate::design::COLUMN_BITS;
 
-/// The delays of [`AddressCounter`] in steps: one to write a line memory, two to write one with a
-/// register behind it, five to write the memory of the recursion.
+/// The delays of [`AddressCounter`] in steps: one to write a line memory, two to write one with a register behind it,
+/// five to write the memory of the recursion.
 pub const ADDRESS_DELAYS: [usize; 3] = [1, 2, 5];
 
 /// The address counter that all line memories share.
