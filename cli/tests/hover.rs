@@ -129,6 +129,24 @@ fn the_view_narrows_without_a_jump() {
     }
 }
 
+/// A frame that does not arrive has no row in the table, and the page shows pictures of those that do.
+#[test]
+fn a_hover_with_frames_that_do_not_arrive_has_its_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenario = folder.path().join("dropped.toml");
+    let event = "[[event]]\nt = 0.3\nevent = 'dropped'\nseconds = 0.5\n";
+    fs::write(&scenario, format!("scene = 'field'\nseconds = 1.2\n{event}")).unwrap();
+    let out = folder.path().join("out");
+    let summary = hover(&out, &["--scenario", scenario.to_str().unwrap()]);
+    let rows = column(&fs::read_to_string(out.join("hover.csv")).unwrap(), "time").len();
+    assert_eq!(summary["frames"], rows, "{summary}");
+    assert!(rows < 13, "{summary}");
+    let page = fs::read_to_string(out.join("index.html")).unwrap();
+    for still in ["0.2 s: ", "0.8 s: ", "1.2 s: "] {
+        assert!(page.contains(still), "{still}");
+    }
+}
+
 /// Waves have features, but none that stays: no estimate is believed, and the helicopter stays level.
 #[test]
 fn over_open_water_it_says_that_it_cannot() {

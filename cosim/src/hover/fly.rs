@@ -198,12 +198,14 @@ fn fix(line: &FlightLine, exposed: f64) -> Option<Fix> {
     Some(Fix { displacement: line.displacement()?, covariance, height: None, yaw: line.yaw_rad, exposed })
 }
 
-/// Keeps the pictures that page and animation show.
+/// Keeps the pictures of the frame of the last row that page and animation show.
 fn keep_pictures(outcome: &mut HoverOutcome, number: usize, frames: usize, exposure: &Exposure, output: &FrameOutput) {
     let every = |count: usize| frames.div_ceil(count).max(1);
     if number.is_multiple_of(every(MAX_STILLS)) {
         let (step, small) = reduced(&exposure.frame, STILL_COLUMNS);
-        outcome.stills.push(Picture { frame: number, small, step, inliers: output.inliers.clone() });
+        // Frames that did not arrive have no row.
+        let frame = outcome.rows.len() - 1;
+        outcome.stills.push(Picture { frame, small, step, inliers: output.inliers.clone() });
     }
     if number.is_multiple_of(every(MAX_ANIMATION_FRAMES)) {
         let (step, picture) = reduced(&exposure.frame, ANIMATION_COLUMNS);

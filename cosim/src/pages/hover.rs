@@ -89,7 +89,7 @@ impl Frame {
 /// A frame to show with its inliers.
 #[derive(Debug, Clone)]
 pub struct Picture {
-    /// Number of the frame.
+    /// Index of the frame among those of the [`Hover`].
     pub frame: usize,
     /// The pixels, reduced by `step`, DN.
     pub small: Plane<u16>,
