@@ -386,6 +386,37 @@ fn water_does_not_last_and_a_field_does() {
     assert!(soon < 0.9 && late.abs() < 0.5, "{soon} {late}");
 }
 
+/// Where a picture resolves the waves of one octave alone, they disperse: after 3 s no shift brings a patch back.
+#[test]
+fn waves_of_one_octave_disperse() {
+    const SIDE: usize = 96;
+    const REACH: usize = 64;
+    let renderer =
+        renderer("[ground.water]\nwave_m = 1.5\nslope = 0.06\n[sun]\nazimuth_deg = 90.0\nelevation_deg = 49.0\n");
+    let view = shot(lens(50.0, 0.0, 0.0), pose(0.0, 0.0, 124.0, [0.0; 3]));
+    let first = render(&renderer, &view);
+    let patch = |frame: &Plane<f32>, x: usize, y: usize| -> Vec<f64> {
+        let values: Vec<f64> = (0..SIDE * SIDE).map(|i| f64::from(frame.row(y + i / SIDE)[x + i % SIDE])).collect();
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let centred: Vec<f64> = values.iter().map(|value| value - mean).collect();
+        let norm = centred.iter().map(|value| value * value).sum::<f64>().sqrt();
+        centred.iter().map(|value| value / norm).collect()
+    };
+    let corner = [first.width() / 2 - SIDE / 2, first.height() / 2 - SIDE / 2];
+    let template = patch(&first, corner[0], corner[1]);
+    let likeness = |seconds: f64| {
+        let later = render(&renderer, &Shot { time: seconds, ..view });
+        let places = (0..=2 * REACH).flat_map(|y| (0..=2 * REACH).map(move |x| (x, y)));
+        let found = places.map(|(x, y)| {
+            let there = patch(&later, corner[0] + x - REACH, corner[1] + y - REACH);
+            there.iter().zip(&template).map(|(a, b)| a * b).sum::<f64>()
+        });
+        found.fold(-1.0, f64::max)
+    };
+    let (soon, late) = (likeness(0.067), likeness(3.0));
+    assert!(soon > 0.9 && late < 0.5, "{soon} {late}");
+}
+
 /// Rain and snow are bright streaks over dark ground, in other places a frame later.
 #[test]
 fn rain_and_snow_fall() {

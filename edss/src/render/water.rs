@@ -1,10 +1,11 @@
 //! Open water: travelling waves whose slopes reflect the sky and the sun.
 //!
-//! Six octaves of waves, each half as long as the one before and each with its own direction near that of the wind,
-//! travel at the phase speed of deep water, `c = sqrt(g L / 2 pi)`. Their slopes add. A slope `s` reflects the sun into
+//! Six octaves of waves, each half as long as the one before and each with its own direction near that of the wind, are
+//! four trains each, of a fifth of its wave number and 0.4 rad. A train travels at the phase speed of deep water,
+//! `c = sqrt(g L / 2 pi)`, and in its own direction. Their slopes add. A slope `s` reflects the sun into
 //! the camera if it equals the slope `h` of the plane half way between both; the glint is a bell about `h` whose width
 //! is that of the waves shorter than a pixel (Cox and Munk 1954). Other slopes reflect the sky, brighter towards the
-//! sun. Octaves move relative to each other, so no pattern on the water persists.
+//! sun. Trains move relative to each other, so no pattern on the water persists, where a picture shows one octave too.
 
 #![allow(clippy::needless_range_loop)]
 
@@ -21,7 +22,13 @@ const TILE_TEXELS: usize = 512;
 /// Length of a tile in waves of mean length.
 const WAVES_PER_TILE: f64 = 11.0;
 /// Number of sine waves that make up a tile.
-const SINES_PER_TILE: u32 = 40;
+const SINES_PER_TILE: u32 = 10;
+/// Number of trains of an octave.
+const TRAINS: u32 = 4;
+/// Range of wave numbers of an octave, in waves of mean length.
+const NUMBERS: [f32; 2] = [0.65, 1.45];
+/// Range of directions of an octave about its own, rad.
+const DIRECTIONS: [f32; 2] = [-0.8, 0.8];
 /// Full scale of the slopes stored in a tile, in multiples of their rms.
 const FULL_SCALE_RMS: f32 = 4.0;
 /// Number of octaves.
@@ -34,11 +41,11 @@ const UNDRAWN_SLOPE_VARIANCE: f32 = 0.0012;
 /// The waves of a water surface, with their textures.
 pub struct Waves {
     layers: Vec<Layer>,
-    /// Rms slope of each octave.
+    /// Rms slope of each train.
     slope: f32,
 }
 
-/// One octave of waves.
+/// One train of waves.
 struct Layer {
     tile: PlacedTexture<u32, 4, REPEATED>,
     length: f64,
@@ -59,26 +66,51 @@ pub struct SunReflection {
     pub slope: [f32; 2],
 }
 
+/// The wave numbers, in waves of mean length, and the directions (rad) of a train within its octave.
+struct Train {
+    numbers: [f32; 2],
+    directions: [f32; 2],
+}
+
+impl Train {
+    /// Returns train `index` of an octave: neighbouring wave numbers go in distant directions.
+    fn of(index: u32) -> Self {
+        let part = |[from, to]: [f32; 2], index: u32| {
+            let step = (to - from) / TRAINS as f32;
+            [from + step * index as f32, from + step * (index + 1) as f32]
+        };
+        Self { numbers: part(NUMBERS, index), directions: part(DIRECTIONS, [1, 3, 0, 2][index as usize]) }
+    }
+
+    /// Returns wave number and direction in the middle.
+    fn middle(&self) -> [f32; 2] {
+        [self.numbers, self.directions].map(|[from, to]| (from + to) / 2.0)
+    }
+}
+
 impl Waves {
     /// Generates the waves from a seed.
     pub fn new(water: &Water, seed: u32) -> Self {
-        let layers = (0..OCTAVES).map(|k| {
+        let layers = (0..OCTAVES).flat_map(|k| (0..TRAINS).map(move |train| (k, train))).map(|(k, train)| {
             let length = water.wave_m / 2.0f64.powi(k as i32);
             let texel = length * WAVES_PER_TILE / TILE_TEXELS as f64;
             // Shorter waves spread further from the wind's direction.
             let aside = [0.1, -0.35, 0.6, -0.8, 1.0, -1.2][k];
             let angle = water.wind_to_deg.to_radians() + aside;
             let (sin, cos) = libm::sincos(angle);
-            let speed = (GRAVITY * length / std::f64::consts::TAU).sqrt();
-            let mip = Mip::new(TILE_TEXELS, TILE_TEXELS, &texels(seed.wrapping_add(k as u32)));
+            let [number, direction] = Train::of(train).middle();
+            let (across, along) = libm::sincos(angle + f64::from(direction));
+            let speed = (GRAVITY * length / f64::from(number) / std::f64::consts::TAU).sqrt();
+            let index = k as u32 * TRAINS + train;
+            let mip = Mip::new(TILE_TEXELS, TILE_TEXELS, &texels(&Train::of(train), seed.wrapping_add(index)));
             Layer {
-                tile: PlacedTexture::new(mip, texel, angle, Vector2::new(37.0, 91.0) * k as f64),
+                tile: PlacedTexture::new(mip, texel, angle, Vector2::new(37.0, 91.0) * f64::from(index)),
                 length,
-                velocity: Vector2::new(cos, sin) * speed,
+                velocity: Vector2::new(along, across) * speed,
                 turn: [cos as f32, sin as f32],
             }
         });
-        Self { layers: layers.collect(), slope: (water.slope / (OCTAVES as f64).sqrt()) as f32 }
+        Self { layers: layers.collect(), slope: (water.slope / (OCTAVES as f64 * f64::from(TRAINS)).sqrt()) as f32 }
     }
 
     /// Returns the waves at a time (s), for sampling around an anchor (m).
@@ -144,13 +176,14 @@ impl LocalWaves<'_> {
     }
 }
 
-/// Generates a tile: slopes of a sum of sine waves that travel along the rows, of total rms 1.
-fn texels(seed: u32) -> Vec<u32> {
+/// Generates a tile: slopes of a sum of sine waves about the direction of the rows, of total rms 1.
+fn texels(train: &Train, seed: u32) -> Vec<u32> {
     let waves: Vec<[f32; 4]> = (0..SINES_PER_TILE)
         .map(|k| {
             let draw = |n: u32| unit(k, n, seed);
-            let number = WAVES_PER_TILE as f32 * (0.65 + 0.8 * draw(1));
-            let (sin, cos) = libm::sincosf(1.6 * (draw(2) - 0.5) + 0.5 * (draw(3) - 0.5));
+            let within = |[from, to]: [f32; 2], part: f32| from + (to - from) * part;
+            let number = WAVES_PER_TILE as f32 * within(train.numbers, draw(1));
+            let (sin, cos) = libm::sincosf(within(train.directions, draw(2)));
             // Whole numbers of waves, so that the tile repeats.
             let (along, across) = ((number * cos).round().max(1.0), (number * sin).round());
             let norm = libm::hypotf(along, across);
