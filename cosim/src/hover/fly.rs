@@ -120,7 +120,7 @@ pub(super) fn fly(
             line: output.line.clone(),
             telemetry,
             blind: without_vision.camera.ground(),
-            is_blind: settings.scenario.is_blind(time),
+            is_blind: scene.is_water() || settings.scenario.is_blind(time),
         });
         keep_pictures(&mut outcome, number, frames, &exposure, &output);
         let progress = FrameProgress {

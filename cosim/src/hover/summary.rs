@@ -20,7 +20,7 @@ pub struct Row {
     pub telemetry: Telemetry,
     /// Position of the helicopter without vision along `X_e` and `Y_e`, m.
     pub blind: Vector2<f64>,
-    /// The frame shows no texture of the ground.
+    /// The frame shows no texture that stays in place.
     pub is_blind: bool,
 }
 

@@ -42,7 +42,7 @@ pub struct Ingredient {
 }
 
 /// A random flight. Equal seeds and numbers give equal flights. An ingredient does not depend on the others, except
-/// that objects, hills and mist are drawn for the height.
+/// that objects, hills and mist are drawn for the height, and that water takes the place of ground and relief.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RandomFlight {
     /// Seed of the campaign.
@@ -102,7 +102,7 @@ impl RandomFlight {
                 let _ = write!(text, "\n[{table}]\n{keys}");
             }
         }
-        if !self.ingredients.iter().any(|one| one.kind == "ground") {
+        if !self.ingredients.iter().any(|one| ["ground", "water"].contains(&one.kind)) {
             text += "\n";
             text += PLAIN_GROUND;
         }
@@ -187,7 +187,20 @@ impl Draw {
     }
 
     fn scenery(&mut self, height: f64) {
-        let reach = HALF_VIEW * height;
+        self.add("water", Part::Object, 0.08, |random| {
+            let (wave, slope) = (random.log_uniform(1.0, 30.0), random.log_uniform(0.03, 0.3));
+            let wind_to = random.uniform(0.0, 360.0);
+            let keys = format!("wave_m = {wave:.1}\nslope = {slope:.3}\nwind_to_deg = {wind_to:.0}.0\n");
+            (format!("{wave:.1}"), format!("\n[scene.ground.water]\n{keys}"))
+        });
+        if !self.ingredients.iter().any(|one| one.kind == "water") {
+            self.land(height);
+        }
+        self.objects(height);
+    }
+
+    /// Draws ground that stays in place, and its relief.
+    fn land(&mut self, height: f64) {
         self.add("ground", Part::Object, 1.0, |random| {
             let (name, keys) = match random.count(0, 9) {
                 0..4 => (
@@ -211,6 +224,10 @@ impl Draw {
             let keys = format!("rms_m = {rms:.2}\nwavelength_m = {wave:.0}.0\noctaves = {octaves}\n");
             (format!("{rms:.1}"), format!("\n[scene.relief.hills]\n{keys}"))
         });
+    }
+
+    fn objects(&mut self, height: f64) {
+        let reach = HALF_VIEW * height;
         self.add("buildings", Part::Object, 0.3, |random| {
             let count = random.count(1, 6);
             let mut text = String::new();
@@ -393,7 +410,7 @@ impl Draw {
 }
 
 /// The kinds of ingredients. The index is that of the random stream, so a new kind is added at the end.
-const KINDS: [&str; 36] = [
+const KINDS: [&str; 37] = [
     "height",
     "climb",
     "narrow",
@@ -430,6 +447,7 @@ const KINDS: [&str; 36] = [
     "glare",
     "drop",
     "gust",
+    "water",
 ];
 
 #[cfg(test)]
