@@ -54,7 +54,7 @@ pub enum Reason {
     #[error("no reference; send the command to capture one")]
     Reference,
     /// The frame matches the reference, which has not been confirmed yet.
-    #[error("the reference is not confirmed yet: it must be found again half a second after it was captured")]
+    #[error("the reference is not confirmed yet: it must be found again for half a second, or two if little of it is")]
     Unconfirmed,
     /// By the prediction the frame shows none of the keyframes at a similar scale.
     #[error("no keyframe is in view at a similar scale")]

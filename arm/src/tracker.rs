@@ -84,9 +84,17 @@ pub const LEARNED_WORK: usize = 28;
 /// Work units of a pair that the search has found: its sighting, and the check for the pattern of the sensor.
 pub const ACQUIRED_WORK: usize = 80;
 
-/// Age at which a captured frame must be found again to be confirmed, us. By then waves of 6 m or less have moved by at
-/// least an eighth of their length.
-const CONFIRMATION_AGE_US: u64 = 500_000;
+/// Ages between which the share of its landmarks that confirms a captured frame falls, s. Waves of a metre or two keep
+/// their form for a second.
+const CONFIRMATION_AGE_S: [f64; 2] = [0.5, 2.0];
+/// Product of age and share that confirms, s: the share falls to 0.15, and over waves faster.
+const CONFIRMING_SHARE_S: f64 = 0.3;
+/// Largest protection level with which a smaller share confirms at the second age, m: waves leave residuals that a
+/// block of the picture has in common, which raise it.
+const CONFIRMING_LEVEL_M: f64 = 5.0;
+/// Limits of the count of frames that could confirm less those that could not, which must be positive: a search finds
+/// something once.
+const CONFIRMING: [i32; 2] = [-15, 5];
 /// Laser ranges that are collected until then.
 const MAX_FIRST_HEIGHTS: usize = 32;
 /// Laser ranges that a median needs.
@@ -149,6 +157,8 @@ pub struct Tracker {
     time_us: u64,
     captured_us: u64,
     confirmed: bool,
+    /// Frames that could confirm the captured one less those that could not.
+    confirming: i32,
     first_heights: Vec<f64>,
     samples: Vec<InertialSample>,
     steps: Vec<Step>,
@@ -170,6 +180,7 @@ impl Tracker {
             time_us: 0,
             captured_us: 0,
             confirmed: false,
+            confirming: 0,
             first_heights: Vec::with_capacity(MAX_FIRST_HEIGHTS),
             samples: Vec::with_capacity(MAX_SAMPLES),
             steps: Vec::with_capacity(MAX_SAMPLES + 1),
@@ -227,7 +238,7 @@ impl Tracker {
         let (height, attitude, sensors) = (view.height(), &telemetry.attitude, &telemetry.sensors);
         self.filter.restart(height, attitude, sensors, width, is_known && self.confirmed);
         self.clear();
-        (self.captured_us, self.confirmed) = (telemetry.time_us, false);
+        (self.captured_us, self.confirmed, self.confirming) = (telemetry.time_us, false, 0);
         self.first_heights.clear();
         self.add_keyframe(present, budget);
         Ok(())
@@ -261,20 +272,38 @@ impl Tracker {
             self.clear();
             return Err(Reason::Reference);
         }
-        let (found, compared) = found?;
-        let age = telemetry.time_us.checked_sub(self.captured_us);
         if !self.confirmed {
-            if age.is_some_and(|age| age < CONFIRMATION_AGE_US) {
-                return Err(Reason::Unconfirmed);
-            }
-            self.confirmed = true;
-            self.correct_height();
+            self.confirm(present, &found)?;
         }
+        let (found, compared) = found?;
         let estimate = self.result(present, found);
         if let Some(compared) = compared {
             self.renew(present, compared, renew, budget);
         }
         estimate
+    }
+
+    /// Confirms the captured frame by one that has found it, or returns the reason why it does not.
+    fn confirm(&mut self, present: &Seen<'_>, found: &Result<(Found, Option<Found>), Reason>) -> Result<(), Reason> {
+        let [least, most] = CONFIRMATION_AGE_S;
+        // Of a frame that is stamped before the captured one the age is not known.
+        let age = present.telemetry.time_us.checked_sub(self.captured_us).map_or(most, |age| age as f64 / 1e6);
+        let known = found.clone().and_then(|(found, _)| {
+            let level = self.result(present, found)?.protection_level_m;
+            let is_large = |at: f64| found.share >= CONFIRMING_SHARE_S / at;
+            if level > CONFIRMING_LEVEL_M && !is_large(most) {
+                return Err(Reason::Uncertain(level / PROTECTION_SIGMAS));
+            }
+            Ok(age >= most || age >= least && is_large(age))
+        });
+        let change = if known.is_ok() { 1 } else { -1 };
+        self.confirming = (self.confirming + change).clamp(CONFIRMING[0], CONFIRMING[1]);
+        if !known? || self.confirming <= 0 {
+            return Err(Reason::Unconfirmed);
+        }
+        self.confirmed = true;
+        self.correct_height();
+        Ok(())
     }
 
     /// Predicts the filter to the time of a frame; returns `false` if samples of the IMU are missing.

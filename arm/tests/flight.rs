@@ -6,6 +6,7 @@ use hoverlock_arm::framing::Decoder;
 use hoverlock_arm::line::{Line, Reason, Status};
 use hoverlock_arm::message::{self, Command, InertialSample, Telemetry};
 use hoverlock_arm::navigator::{Navigator, WORK_UNITS};
+use hoverlock_fixed_point::model::record::FeatureRecord;
 use hoverlock_reference::motion::orthophoto::Attitude;
 use proptest::prelude::*;
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -108,7 +109,7 @@ fn frames_with_pixels_allocate_nothing() {
             assert_eq!(ALLOCATIONS.get(), before, "message {} of kind {}", raw.sequence, raw.kind);
         }
     }
-    assert!(estimates >= 10, "{estimates}");
+    assert!(estimates >= 8, "{estimates}");
 }
 
 #[test]
@@ -236,7 +237,7 @@ fn a_roof_does_not_mislead() {
 }
 
 /// A hover of 9 s with samples of the IMU over a road on which cars have two thirds of the features, and ground that
-/// comes and goes: some 20 landmarks a frame are at their place.
+/// comes and goes: some 20 landmarks a frame are at their place. So few confirm the reference after 2 s.
 #[test]
 fn a_road_full_of_cars_keeps_its_estimate() {
     let mut source = Source::default();
@@ -256,13 +257,13 @@ fn a_road_full_of_cars_keeps_its_estimate() {
     }
     let lines = lines(&source);
     let mut answered = 0;
-    for estimate in lines[8..].iter().filter_map(|line| line.estimate) {
+    for estimate in lines[31..].iter().filter_map(|line| line.estimate) {
         let miss = estimate.x_e_m.hypot(estimate.y_e_m);
         assert!(miss < 0.2 && miss < estimate.protection_level_m, "{miss} m: {estimate:?}");
         answered += 1;
     }
-    let reasons = || lines[8..].iter().filter_map(|line| line.reason.as_ref());
-    assert!(answered >= 125, "{answered} of 128: {:?}", reasons().collect::<Vec<_>>());
+    let reasons = || lines[31..].iter().filter_map(|line| line.reason.as_ref());
+    assert!(answered >= 102, "{answered} of 105: {:?}", reasons().collect::<Vec<_>>());
 }
 
 /// A flight over three footprints and back: keyframes are added and the origin stays. The errors of keyframes add up,
@@ -338,8 +339,8 @@ fn the_estimate_continues_through_a_zoom() {
     }
 }
 
-/// Waves look like ground until they have moved on, so there is no estimate before the reference was matched half a
-/// second after its capture.
+/// Waves look like ground until they have moved on, so there is no estimate before most of the reference was found for
+/// half a second after its capture.
 #[test]
 fn a_reference_is_confirmed_before_it_is_used() {
     let mut source = Source::default();
@@ -352,6 +353,34 @@ fn a_reference_is_confirmed_before_it_is_used() {
     let lines = lines(&source);
     assert!(lines[1..8].iter().all(|line| line.reason == Some(Reason::Unconfirmed)), "{:?}", lines[1]);
     assert!(lines[8..].iter().all(|line| line.estimate.is_some()));
+}
+
+/// Returns the lines of 45 frames, a 15th of a second apart, after a capture.
+fn hovered(seen: impl Fn(u32) -> Vec<FeatureRecord>) -> Vec<Line> {
+    let mut source = Source::default();
+    source.send_registers(scene::SIZE.0, scene::SIZE.1).unwrap();
+    source.send(message::COMMAND, &Command::Capture.encode()).unwrap();
+    for frame in 0..45 {
+        let telemetry = Telemetry { time_us: 66_667 * u64::from(frame), ..telemetry(frame) };
+        source.send_frame(&telemetry, &seen(frame), &[2000, 2000]).unwrap();
+    }
+    lines(&source)
+}
+
+/// Over waves a few landmarks keep their form for a second.
+#[test]
+fn a_small_share_of_the_reference_confirms_it_after_two_seconds() {
+    let lines = hovered(|frame| scene::seen_over_waves(800, 0.1, frame));
+    let confirmed = lines.iter().position(|line| line.estimate.is_some());
+    assert_eq!(confirmed, Some(30), "{:?}", lines[29]);
+}
+
+#[test]
+fn a_reference_that_is_seldom_found_is_not_confirmed() {
+    let seen = |frame: u32| if frame.is_multiple_of(4) { records(600, 0) } else { records(601, 0) };
+    let lines = hovered(seen);
+    assert!(lines.iter().skip(1).any(|line| line.reason == Some(Reason::Unconfirmed)));
+    assert!(lines.iter().all(|line| line.estimate.is_none()), "{lines:?}");
 }
 
 #[test]

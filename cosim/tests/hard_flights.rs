@@ -1,5 +1,5 @@
 //! Flights in which the estimate errs by more than the covariance says: the running NIS and the residuals that a block
-//! of the picture has in common must raise the protection level (decision 034).
+//! of the picture has in common must raise the protection level (decision 034), or there is no estimate (decision 052).
 
 use std::path::Path;
 
@@ -40,4 +40,15 @@ fn a_step_of_the_bias_does_not_mislead() {
 fn tall_buildings_in_low_sun_do_not_mislead() {
     let (error, uncovered) = judged(&flown("tall-buildings.toml", 5.0), 0.9);
     assert!(uncovered > 0, "{error} m: the flight no longer needs the raise; fly a harder one");
+}
+
+/// A pattern of waves has landmarks for a second, and moves as if the helicopter did.
+#[test]
+#[ignore = "a flight of 4 s"]
+fn waves_that_keep_their_form_have_no_estimate() {
+    let outcome = flown("open-sea.toml", 4.0);
+    let reasons = outcome.rows.iter().filter_map(|row| row.line.reason.as_deref());
+    let matched = reasons.filter(|reason| reason.contains("not confirmed")).count();
+    assert!(matched > 5, "{matched}: the waves no longer look like ground; fly others");
+    assert_eq!(outcome.summary.estimates, 0, "{:?}", outcome.summary);
 }

@@ -62,8 +62,8 @@ pub fn displacement(frame: u32) -> (f64, f64) {
 pub fn telemetry(frame: u32) -> Telemetry {
     Telemetry {
         frame,
-        // Half a second apart, so that the first frame after the reference confirms it.
-        time_us: 500_000 * u64::from(frame),
+        // A second apart, so that the first frame after the reference confirms it.
+        time_us: 1_000_000 * u64::from(frame),
         attitude: Attitude::default(),
         range: HEIGHT,
         field_of_view: FIELD_OF_VIEW,
@@ -111,6 +111,16 @@ pub fn seen_on_a_road(points: usize, seconds: f64, noise: u32) -> Vec<FeatureRec
             return [(x + speed * seconds).rem_euclid(SIZE.0 as f64), y];
         }
         if noise.random::<f64>() < 0.45 { [x, y] } else { [f64::INFINITY; 2] }
+    })
+}
+
+/// Returns the records of a hover over waves: a share of the `points` points stays, and the others are anywhere.
+pub fn seen_over_waves(points: usize, share: f64, noise: u32) -> Vec<FeatureRecord> {
+    imaged(points, 1.0, noise, |point, noise| {
+        let stays = point.x < share * SIZE.0 as f64;
+        let mut anywhere = |side: usize| noise.random_range(0.0..side as f64);
+        let elsewhere = [anywhere(SIZE.0), anywhere(SIZE.1)];
+        if stays { [point.x, point.y] } else { elsewhere }
     })
 }
 
