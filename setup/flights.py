@@ -4,6 +4,7 @@
 The table is that of `hoverlock sweep --random N --seed S --table docs/flights.csv`. Run this after it has grown, then `make results`.
 """
 
+import argparse
 import csv
 import math
 import statistics
@@ -33,6 +34,12 @@ def summaries(rows: list[dict]) -> dict[str, dict]:
     return {f"flights.random.{seconds:.0f}s": summary([row for row in rows if float(row["seconds"]) == seconds]) for seconds in durations}
 
 
+def commits(rows: list[dict]) -> str:
+    """Returns the commits of the programs that flew the rows, eight digits each."""
+    short = lambda commit: commit[:8] + ("-dirty" if commit.endswith("-dirty") else "")
+    return ", ".join(dict.fromkeys(short(row["commit"]) for row in rows))
+
+
 def summary(rows: list[dict]) -> dict:
     """Returns totals over rows. NEES and error are those of the flights with an estimate."""
     total = lambda key: sum(int(row[key]) for row in rows)
@@ -57,4 +64,6 @@ def summary(rows: list[dict]) -> dict:
 
 
 if __name__ == "__main__":
-    results.record(summaries(flights()), **FIGURE)
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
+    rows = flights()
+    results.record(summaries(rows), commit=commits(rows), **FIGURE)

@@ -265,7 +265,7 @@ def state(root: Path) -> str:
 
 
 def record(values: dict, root: Path = ROOT, **fields: str) -> None:
-    """Stores values by key, with today's date and the commit.
+    """Stores values by key, with today's date and the commit, unless `fields` name others.
 
     A key that the file does not have becomes a new entry, and needs `figure`, `unit`, `conditions` and `command`. Other
     entries keep the fields that are not given. A dict of named values replaces all values of its entry.
@@ -291,8 +291,8 @@ def record(values: dict, root: Path = ROOT, **fields: str) -> None:
             raise Mistake(f"{key} has one value, and no {name}")
         else:
             entry["values"][name] = value
-        entry |= {field: text for field, text in fields.items() if text}
         entry |= {"date": calendar.today().isoformat(), "commit": state(root)}
+        entry |= {field: text for field, text in fields.items() if text}
     results.store()
 
 

@@ -159,6 +159,14 @@ def test_the_random_flights_of_the_table_are_those_of_the_file():
     entries = results.Results().entries
     recorded = {key: entry["values"] for key, entry in entries.items() if key.startswith("flights.random.")}
     assert recorded == flights.summaries(flights.flights())
+    assert {entries[key]["commit"] for key in recorded} == {flights.commits(flights.flights())}
+
+
+def test_random_flights_have_the_commits_that_flew_them(project):
+    rows = [{"commit": commit} for commit in ("0123456789ab", "0123456789ab", "89abcdef0123-dirty")]
+    assert flights.commits(rows) == "01234567, 89abcdef-dirty"
+    results.record({"alm": 9700}, root=project, commit=flights.commits(rows))
+    assert results.Results(project).entries["alm"]["commit"] == "01234567, 89abcdef-dirty"
 
 
 def test_the_counts_of_written_tables_are_those_of_the_file():
