@@ -91,7 +91,7 @@ const CONFIRMATION_AGE_S: [f64; 2] = [0.5, 2.0];
 const CONFIRMING_SHARE_S: f64 = 0.3;
 /// Largest protection level with which a smaller share confirms at the second age, m: waves leave residuals that a
 /// block of the picture has in common, which raise it.
-const CONFIRMING_LEVEL_M: f64 = 5.0;
+const CONFIRMING_LEVEL_M: f64 = 20.0;
 /// Limits of the count of frames that could confirm less those that could not, which must be positive: a search finds
 /// something once.
 const CONFIRMING: [i32; 2] = [-15, 5];

@@ -40,9 +40,9 @@ const MORE_CELLS: usize = 8;
 const NIS_WEIGHT: f64 = 0.3;
 /// Share of the largest running NIS that remains after a frame: half after 2.3 s.
 const NIS_DECAY: f64 = 0.98;
-/// Mean square that the residuals of a block of the picture may have in common, px^2: that of a plain town. More is
-/// relief.
-pub(super) const COMMON_PX2: f64 = 0.01;
+/// Mean square that the residuals of a block of the picture may have in common, px^2. More is relief that the fit has
+/// taken for something else.
+pub(super) const COMMON_PX2: f64 = 0.0005;
 /// Weight of a frame in its running mean.
 const COMMON_WEIGHT: f64 = 0.1;
 /// Blocks of the picture across and down.

@@ -430,7 +430,8 @@ fn a_step_of_the_bias_raises_the_protection_level() {
             let ratios = rows.iter().map(|[error, sigma, factor]| error / sigma / if raised { *factor } else { 1.0 });
             ratios.fold(0.0, f64::max)
         };
-        assert!(rows[..30].iter().all(|[.., factor]| *factor == 1.0), "before the step");
+        let before = rows[..30].iter().map(|[.., factor]| *factor).fold(0.0, f64::max);
+        assert!(before < 2.0, "{before} before the step");
         assert!(largest(false) > 6.0, "{metres} m/s^2: {}", largest(false));
         assert!(largest(true) < 4.0, "{metres} m/s^2: {}", largest(true));
     }
@@ -460,7 +461,7 @@ fn factor_with_common_residuals(common_px: f64) -> f64 {
 
 #[test]
 fn residuals_that_a_block_has_in_common_raise_the_protection_level() {
-    let factors = [0.0, 0.1, 1.0, 2.0].map(factor_with_common_residuals);
-    assert!(factors[0] == 1.0 && factors[1] == 1.0, "{factors:?}");
+    let factors = [0.0, 0.03, 0.3, 1.0].map(factor_with_common_residuals);
+    assert!(factors[0] < 1.1 && factors[1] < 1.5, "{factors:?}");
     assert!(factors[2] > 2.0 && factors[3] > 1.5 * factors[2], "{factors:?}");
 }
