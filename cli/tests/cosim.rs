@@ -54,12 +54,12 @@ fn seen(place: &Place) -> Plane<u16> {
 
 /// What the sensors read there, without an error.
 fn telemetry(places: &[Place]) -> String {
-    // Half a second apart, so that the second proves the reference.
+    // A second apart, so that the second confirms the reference.
     let mut text = "# made\ntime_s,roll_deg,pitch_deg,yaw_deg,range_m,fov_deg,tilt_se_deg\n".to_owned();
     for (number, place) in places.iter().enumerate() {
         let [roll, pitch, yaw] = place.1;
         let range = place.0[2] / view(place).attitude().rotation()[(2, 2)];
-        let time = 0.5 * number as f64;
+        let time = number as f64;
         writeln!(text, "{time}, {roll}, {pitch}, {yaw}, {range}, {FIELD_OF_VIEW}, 0.2").unwrap();
     }
     text
