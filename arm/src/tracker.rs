@@ -88,13 +88,13 @@ pub const ACQUIRED_WORK: usize = 80;
 /// their form for a second.
 const CONFIRMATION_AGE_S: [f64; 2] = [0.5, 2.0];
 /// Product of age and share that confirms, s: the share falls to 0.15, and over waves faster.
-const CONFIRMING_SHARE_S: f64 = 0.3;
+const CONFIRMATION_SHARE_S: f64 = 0.3;
 /// Largest protection level with which a smaller share confirms at the second age, m: waves leave residuals that a
 /// block of the picture has in common, which raise it.
-const CONFIRMING_LEVEL_M: f64 = 20.0;
+const MAX_CONFIRMATION_LEVEL_M: f64 = 20.0;
 /// Limits of the count of frames that could confirm less those that could not, which must be positive: a search finds
 /// something once.
-const CONFIRMING: [i32; 2] = [-15, 5];
+const CONFIRMATION_COUNT_LIMITS: [i32; 2] = [-15, 5];
 /// Laser ranges that are collected until then.
 const MAX_FIRST_HEIGHTS: usize = 32;
 /// Laser ranges that a median needs.
@@ -158,7 +158,7 @@ pub struct Tracker {
     captured_us: u64,
     confirmed: bool,
     /// Frames that could confirm the captured one less those that could not.
-    confirming: i32,
+    confirmation_count: i32,
     first_heights: Vec<f64>,
     samples: Vec<InertialSample>,
     steps: Vec<Step>,
@@ -180,7 +180,7 @@ impl Tracker {
             time_us: 0,
             captured_us: 0,
             confirmed: false,
-            confirming: 0,
+            confirmation_count: 0,
             first_heights: Vec::with_capacity(MAX_FIRST_HEIGHTS),
             samples: Vec::with_capacity(MAX_SAMPLES),
             steps: Vec::with_capacity(MAX_SAMPLES + 1),
@@ -238,7 +238,7 @@ impl Tracker {
         let (height, attitude, sensors) = (view.height(), &telemetry.attitude, &telemetry.sensors);
         self.filter.restart(height, attitude, sensors, width, is_known && self.confirmed);
         self.clear();
-        (self.captured_us, self.confirmed, self.confirming) = (telemetry.time_us, false, 0);
+        (self.captured_us, self.confirmed, self.confirmation_count) = (telemetry.time_us, false, 0);
         self.first_heights.clear();
         self.add_keyframe(present, budget);
         Ok(())
@@ -290,15 +290,16 @@ impl Tracker {
         let age = present.telemetry.time_us.checked_sub(self.captured_us).map_or(most, |age| age as f64 / 1e6);
         let known = found.clone().and_then(|(found, _)| {
             let level = self.result(present, found)?.protection_level_m;
-            let is_large = |at: f64| found.share >= CONFIRMING_SHARE_S / at;
-            if level > CONFIRMING_LEVEL_M && !is_large(most) {
+            let is_large = |at: f64| found.share >= CONFIRMATION_SHARE_S / at;
+            if level > MAX_CONFIRMATION_LEVEL_M && !is_large(most) {
                 return Err(Reason::Uncertain(level / PROTECTION_SIGMAS));
             }
             Ok(age >= most || age >= least && is_large(age))
         });
         let change = if known.is_ok() { 1 } else { -1 };
-        self.confirming = (self.confirming + change).clamp(CONFIRMING[0], CONFIRMING[1]);
-        if !known? || self.confirming <= 0 {
+        let [fewest, largest] = CONFIRMATION_COUNT_LIMITS;
+        self.confirmation_count = (self.confirmation_count + change).clamp(fewest, largest);
+        if !known? || self.confirmation_count <= 0 {
             return Err(Reason::Unconfirmed);
         }
         self.confirmed = true;

@@ -96,7 +96,7 @@ fn after_the_first_frames_nothing_is_allocated() {
 /// The same with the pixels of each frame and a keyframe from every second one.
 #[test]
 fn frames_with_pixels_allocate_nothing() {
-    let frames = adversarial::repeated(Shape::Ground, Samples::Even, 12);
+    let frames = adversarial::repeated(Shape::Ground, Samples::Even, 14);
     let source = adversarial::stream(Shape::Ground, &frames, Some(&adversarial::texture()));
     let (mut navigator, mut estimates) = (Navigator::default(), 0);
     for message in &source.messages {
@@ -109,7 +109,7 @@ fn frames_with_pixels_allocate_nothing() {
             assert_eq!(ALLOCATIONS.get(), before, "message {} of kind {}", raw.sequence, raw.kind);
         }
     }
-    assert!(estimates >= 8, "{estimates}");
+    assert!(estimates >= 10, "{estimates}");
 }
 
 #[test]
@@ -236,14 +236,14 @@ fn a_roof_does_not_mislead() {
     }
 }
 
-/// A hover of 9 s with samples of the IMU over a road on which cars have two thirds of the features, and ground that
-/// comes and goes: some 20 landmarks a frame are at their place. So few confirm the reference after 2 s.
+/// A hover of 10 s with samples of the IMU over a road on which cars have two thirds of the features, and ground that
+/// comes and goes: about 20 landmarks a frame are at their place, which confirms the reference after 2 s.
 #[test]
 fn a_road_full_of_cars_keeps_its_estimate() {
     let mut source = Source::default();
     source.send_registers(SIZE.0, SIZE.1).unwrap();
     source.send(message::COMMAND, &Command::Capture.encode()).unwrap();
-    for frame in 0..136 {
+    for frame in 0..159 {
         let time_us = 66_667 * u64::from(frame);
         let sample = |i: u64| InertialSample {
             time_us: (time_us + 5_000 * i).saturating_sub(65_000),
@@ -263,7 +263,7 @@ fn a_road_full_of_cars_keeps_its_estimate() {
         answered += 1;
     }
     let reasons = || lines[31..].iter().filter_map(|line| line.reason.as_ref());
-    assert!(answered >= 102, "{answered} of 105: {:?}", reasons().collect::<Vec<_>>());
+    assert!(answered >= 125, "{answered} of 128: {:?}", reasons().collect::<Vec<_>>());
 }
 
 /// A flight over three footprints and back: keyframes are added and the origin stays. The errors of keyframes add up,
@@ -343,24 +343,17 @@ fn the_estimate_continues_through_a_zoom() {
 /// half a second after its capture.
 #[test]
 fn a_reference_is_confirmed_before_it_is_used() {
-    let mut source = Source::default();
-    source.send_registers(scene::SIZE.0, scene::SIZE.1).unwrap();
-    source.send(message::COMMAND, &Command::Capture.encode()).unwrap();
-    for frame in 0..12 {
-        let telemetry = Telemetry { time_us: 66_667 * u64::from(frame), ..telemetry(frame) };
-        source.send_frame(&telemetry, &records(600, frame), &[2000, 2000]).unwrap();
-    }
-    let lines = lines(&source);
+    let lines = hovered(12, |frame| records(600, frame));
     assert!(lines[1..8].iter().all(|line| line.reason == Some(Reason::Unconfirmed)), "{:?}", lines[1]);
     assert!(lines[8..].iter().all(|line| line.estimate.is_some()));
 }
 
-/// Returns the lines of 45 frames, a 15th of a second apart, after a capture.
-fn hovered(seen: impl Fn(u32) -> Vec<FeatureRecord>) -> Vec<Line> {
+/// Returns the lines of `frames` frames, a 15th of a second apart, after a capture.
+fn hovered(frames: u32, seen: impl Fn(u32) -> Vec<FeatureRecord>) -> Vec<Line> {
     let mut source = Source::default();
     source.send_registers(scene::SIZE.0, scene::SIZE.1).unwrap();
     source.send(message::COMMAND, &Command::Capture.encode()).unwrap();
-    for frame in 0..45 {
+    for frame in 0..frames {
         let telemetry = Telemetry { time_us: 66_667 * u64::from(frame), ..telemetry(frame) };
         source.send_frame(&telemetry, &seen(frame), &[2000, 2000]).unwrap();
     }
@@ -370,7 +363,7 @@ fn hovered(seen: impl Fn(u32) -> Vec<FeatureRecord>) -> Vec<Line> {
 /// Over waves a few landmarks keep their form for a second.
 #[test]
 fn a_small_share_of_the_reference_confirms_it_after_two_seconds() {
-    let lines = hovered(|frame| scene::seen_over_waves(800, 0.1, frame));
+    let lines = hovered(45, |frame| scene::seen_over_waves(800, 0.1, frame));
     let confirmed = lines.iter().position(|line| line.estimate.is_some());
     assert_eq!(confirmed, Some(30), "{:?}", lines[29]);
 }
@@ -378,7 +371,7 @@ fn a_small_share_of_the_reference_confirms_it_after_two_seconds() {
 #[test]
 fn a_reference_that_is_seldom_found_is_not_confirmed() {
     let seen = |frame: u32| if frame.is_multiple_of(4) { records(600, 0) } else { records(601, 0) };
-    let lines = hovered(seen);
+    let lines = hovered(45, seen);
     assert!(lines.iter().skip(1).any(|line| line.reason == Some(Reason::Unconfirmed)));
     assert!(lines.iter().all(|line| line.estimate.is_none()), "{lines:?}");
 }
