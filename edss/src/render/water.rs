@@ -98,11 +98,12 @@ impl Waves {
             let aside = [0.1, -0.35, 0.6, -0.8, 1.0, -1.2][k];
             let angle = water.wind_to_deg.to_radians() + aside;
             let (sin, cos) = libm::sincos(angle);
-            let [number, direction] = Train::of(train).middle();
+            let index = k as u32 * TRAINS + train;
+            let train = Train::of(train);
+            let [number, direction] = train.middle();
             let (across, along) = libm::sincos(angle + f64::from(direction));
             let speed = (GRAVITY * length / f64::from(number) / std::f64::consts::TAU).sqrt();
-            let index = k as u32 * TRAINS + train;
-            let mip = Mip::new(TILE_TEXELS, TILE_TEXELS, &texels(&Train::of(train), seed.wrapping_add(index)));
+            let mip = Mip::new(TILE_TEXELS, TILE_TEXELS, &texels(&train, seed.wrapping_add(index)));
             Layer {
                 tile: PlacedTexture::new(mip, texel, angle, Vector2::new(37.0, 91.0) * f64::from(index)),
                 length,
