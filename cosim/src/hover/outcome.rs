@@ -123,7 +123,7 @@ impl HoverOutcome {
         summary.tilt_max_deg = tilt.to_degrees();
         (summary.cycles, summary.wall_s) = (cycles, wall_s);
 
-        let last_reason = rows.last().and_then(|row| row.line.reason.as_deref());
+        let last_reason = rows.last().map_or(Some("no frame has arrived"), |row| row.line.reason.as_deref());
         let checks = checks::check(summary, scene.is_water(), first_difference, last_reason);
         let failed: Vec<&str> = checks.iter().filter(|check| !check.pass).map(|check| check.text.as_str()).collect();
         summary.pass = failed.is_empty();
