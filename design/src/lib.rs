@@ -23,6 +23,7 @@ mod format;
 mod hardware;
 mod key;
 mod load;
+pub mod pipeline;
 mod point;
 mod shipped;
 

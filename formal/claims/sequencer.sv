@@ -170,7 +170,7 @@ module sequencer_properties (input clock);
   end
   reg was_waiting, was_begins, was_step, was_pixel, was_stalled, was_new, was_idle_and_drained, was_ever;
   reg [`P-1:0] was_beat, was_data;
-  reg [`W-1:0] was_width;
+  reg [`W-1:0] was_width, was_width_before;
   reg [11:0] was_height;
   always @(posedge clock) begin
     // A frame in progress has a beat and no stall, and takes no step.
@@ -185,6 +185,7 @@ module sequencer_properties (input clock);
     was_data <= pixel;
     was_idle_and_drained <= \dut.state == IDLE && \dut.drained && !\dut.begins ;
     was_width <= width;
+    was_width_before <= was_width;
     was_height <= height;
   end
 
@@ -239,6 +240,7 @@ module sequencer_properties (input clock);
       stable: assert (was_reset || (width == was_width && height == was_height) || was_idle_and_drained);
       size: assert (sized || (\dut.settle == 2'd0 && width == 11'd0 && height == 12'd0));
       no_step_without_a_size: assert (sized || (!advance && !ever));
+      settled_size: assert (!advance || (width == was_width && width == was_width_before));
       settling: assert (width == 11'd0 || \dut.settle == 2'd3 || settled);
       // After a start of packet inside a frame the frame is padded from the next clock on; nothing else blocks the beat.
       progress: assert (was_reset || !was_waiting || \dut.state == PAD);

@@ -17,11 +17,13 @@ module threshold_properties (input clock);
   (* hierconn *) wire [6:0] \dut.bin_2 ;
   (* hierconn *) wire \dut.counting ;
   (* hierconn *) wire \dut.counting_1 ;
+  (* hierconn *) wire \dut.counting_2 ;
   (* hierconn *) wire \dut.summing ;
   (* hierconn *) wire \dut.summing_1 ;
   (* hierconn *) wire \dut.summing_2 ;
   (* hierconn *) wire [15:0] \dut.word ;
   (* hierconn *) wire [15:0] \dut.word_1 ;
+  (* hierconn *) wire [15:0] \dut.written ;
   (* hierconn *) wire [17:0] \dut.sum ;
   (* hierconn *) wire \dut.reached ;
   (* hierconn *) wire [6:0] \dut.last ;
@@ -32,6 +34,8 @@ module threshold_properties (input clock);
   (* hierconn *) wire \dut.quarter_2 ;
   (* hierconn *) wire \dut.quarter_3 ;
   (* hierconn *) wire \dut.few ;
+  (* hierconn *) wire [18:0] \dut.least ;
+  (* hierconn *) wire [19:0] \dut.most ;
   (* hierconn *) wire \dut.met ;
   (* hierconn *) wire [`D-1:0] \dut.wanted ;
   (* hierconn *) wire [`D-1:0] \dut.lowest ;
@@ -57,7 +61,8 @@ module threshold_properties (input clock);
   reg known = 0;
   reg [15:0] maxima;
   wire [15:0] stored = \dut.watched [16 * followed[1:0] +: 16];
-  wire to_come = (\dut.counting && \dut.bin == followed) || (\dut.counting_1 && \dut.bin_1 == followed);
+  wire to_come = (\dut.counting && \dut.bin == followed) || (\dut.counting_1 && \dut.bin_1 == followed)
+    || (\dut.counting_2 && \dut.bin_2 == followed);
 
   // Bins that are left to be read; the sum of those read two steps before, in which bin it reached the target first.
   reg [6:0] left = 0, left_1 = 0, left_2 = 0;
@@ -67,7 +72,8 @@ module threshold_properties (input clock);
   // From the entry of a frame to its start. Clocks since the sum is complete.
   reg entered = 0;
   reg [2:0] quiet = 0;
-  reg maximum_before = 0;
+  // A maximum one step before, two steps before.
+  reg [1:0] maxima_before = 0;
 
   // The law.
   wire [31:0] n = {12'd0, count}, wide_target = {16'd0, target}, t = {{(32-`D){1'b0}}, threshold};
@@ -89,16 +95,16 @@ module threshold_properties (input clock);
     begun <= 1;
     target_before <= target;
     if (reset) begin
-      {known, left, left_1, left_2, entered, quiet, maximum_before, follows} <= 0;
+      {known, left, left_1, left_2, entered, quiet, maxima_before, follows} <= 0;
       threshold_wanted <= 0;
       count_wanted <= 20'd0;
     end else begin
       if (advance) begin
-        maximum_before <= maximum;
+        maxima_before <= {maxima_before[0], maximum};
         left <= enters ? BINS : left == 0 ? 0 : left - 1;
         left_1 <= left;
         left_2 <= left_1;
-        if (\dut.summing_1 && \dut.bin_1 == followed) begin
+        if (\dut.summing_2 && \dut.bin_2 == followed) begin
           known <= 1;
           maxima <= 16'd0;
         end else if (inside && maxima != 16'hffff)
@@ -141,16 +147,17 @@ module threshold_properties (input clock);
     if (!begun) assume (reset);
     else begin
       assume (followed >= LOWEST && followed <= HIGHEST);
-      // A maximum has a response of at least 1; two are at least two steps apart.
-      if (maximum) assume (centre != 0 && !maximum_before);
-      // A frame enters two steps or more after the last maximum of the one before; then there is none, and the target
+      // A maximum has a response of at least 1; two are at least three steps apart.
+      if (maximum) assume (centre != 0 && maxima_before == 0);
+      // A frame enters three steps or more after the last maximum of the one before; then there is none, and the target
       // stays, until its start.
-      if (enters) assume (!entered && !maximum && !maximum_before);
+      if (enters) assume (!entered && !maximum && maxima_before == 0);
       if (entered) assume (!maximum && !hit && target == target_before);
       if (start) assume (!enters && entered && quiet >= 3);
 
-      spaced: assert (!(\dut.counting && \dut.counting_1 ) && (!\dut.counting || maximum_before));
-      alone: assert (entered ? !\dut.counting && !\dut.counting_1 : idle);
+      spaced: assert ({1'b0, \dut.counting } + {1'b0, \dut.counting_1 } + {1'b0, \dut.counting_2 } <= 2'd1
+        && maxima_before != 2'd3 && (!\dut.counting || maxima_before[0]) && (!\dut.counting_1 || maxima_before[1]));
+      alone: assert (entered ? !\dut.counting && !\dut.counting_1 && !\dut.counting_2 : idle);
       if (left != 0) down: assert (left <= BINS && left_1 == (left == BINS ? 0 : left + 1)
         && left_2 == (left >= BINS - 1 ? 0 : left + 2));
       if (left == 0) ends: assert (left_1 == 0 ? left_2 <= 1 : left_1 == 1 && left_2 == 2);
@@ -160,6 +167,8 @@ module threshold_properties (input clock);
 
       if (counts || reads) read: assert (\dut.word == stored);
       if (known) counted: assert (maxima == stored + {15'd0, to_come && stored != 16'hffff});
+      if (\dut.counting_2 && \dut.bin_2 == followed) raised: assert (\dut.written == stored + {15'd0, stored != 16'hffff});
+      if (left_2 != 0) clears: assert (\dut.written == 16'd0);
       if (known && reads) added: assert (\dut.word == maxima);
 
       if (left_2 != 0) last_word: assert ({16'd0, \dut.word_1 } == sum - sum_before);
@@ -170,6 +179,7 @@ module threshold_properties (input clock);
       if (entered && reached) bin_of_target: assert (\dut.last == last && {16'd0, \dut.last_count } == last_count
         && {16'd0, \dut.surplus } == surplus && surplus <= last_count && last >= LOWEST && last <= HIGHEST);
 
+      if (entered) limits_of_target: assert ({13'd0, \dut.least } == 7 * wide_target && {12'd0, \dut.most } == 9 * wide_target);
       if (quiet != 0) settled: assert (entered && idle);
       if (quiet >= 1) parts: assert (\dut.few == (!reached && 8 * sum < wide_target)
         && \dut.met == (8 * apart <= wide_target) && (!reached || {1'b0, \dut.quarter_1 } + {1'b0, \dut.quarter_2 }

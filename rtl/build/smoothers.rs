@@ -7,6 +7,7 @@
 
 use std::collections::BTreeSet;
 
+use hoverlock_design::pipeline::{BORDER_STEPS, CELL_STEPS, CURSOR_STEPS, TREE_STEPS, row_steps};
 use hoverlock_design::{DesignPoint, Protection, smoother_names};
 
 /// The module with placeholders in capitals for the parts that depend on the design.
@@ -14,12 +15,6 @@ const TEMPLATE: &str = include_str!("smoothers.template");
 
 /// Longest delay of one cell, steps, as in `cells/delay.rs`.
 const LONGEST_DELAY: u64 = 33;
-
-/// Steps of one cell with its border, as in `smoother/mod.rs`.
-const CELL_STEPS: u64 = 4;
-
-/// Steps of the first two column stages with the border of their rows, as in `smoother/mod.rs`.
-const TREE_STEPS: u64 = 7;
 
 /// Bits of a field of the register bank.
 const FIELD_BITS: u64 = 16;
@@ -180,7 +175,7 @@ impl Module {
         self.comment("Rows of pixels for the first two column stages, rows of states for the others.");
         self.ports("line_memory", &["clock", "advance", "pixel"]);
         self.connect("line_memory.address", "self.counter.address.val()");
-        self.connect("line_memory.write_address", "self.counter.delayed_1.val()");
+        self.connect("line_memory.write_address", "self.counter.write_address.val()");
         for (i, (smoother, j)) in stages.into_iter().enumerate() {
             let smoother = format!("{}_smoother", self.names[smoother]);
             self.connect(&format!("line_memory.x[{i}]"), &format!("self.{smoother}.arriving[{j}].val()"));
@@ -200,7 +195,7 @@ impl Module {
         self.ports("held", &["clock", "advance"]);
         self.connect("held.write", "self.cursor.last_row.val()");
         self.connect("held.address", "self.counter.address.val()");
-        self.connect("held.write_address", "self.counter.delayed_1.val()");
+        self.connect("held.write_address", "self.counter.write_address.val()");
         self.connect("held.x", "self.pixel.val()");
         let (mut held, mut steps) = ("self.held.y.val()".to_owned(), 0);
         for j in (0..self.longest() - 2).rev() {
@@ -241,20 +236,16 @@ impl Module {
             marker = self.frame_delay(&format!("stage_load_{j}"), 1 << j, steps, &marker);
             steps = CELL_STEPS;
         }
-        // A marker that loads comes two steps after one that starts a cursor.
-        let start = self.flag_delay("recursion_start", steps - 2, &marker);
+        // A marker that loads comes later than one that starts a cursor: the position goes to the border first.
+        let to_load = CURSOR_STEPS + BORDER_STEPS;
+        let start = self.flag_delay("recursion_start", steps - to_load, &marker);
         self.cursor("recursion_cursor", &start);
-        self.flag_delay("recursion_load", 2, &start);
+        self.flag_delay("recursion_load", to_load, &start);
         let done = self.flag_delay("columns_done", CELL_STEPS, &start);
         self.cursor("row_cursor", &done);
-        self.flag_delay("row_load", 2, &done);
+        self.flag_delay("row_load", to_load, &done);
         let last = self.names[self.names.len() - 1];
         self.connect("start_out", &format!("self.{last}_smoother.start_out.val()"));
-    }
-
-    /// Returns the steps of the row stages of a smoother, as in `smoother/mod.rs`.
-    fn row_steps(&self, m: u64) -> u64 {
-        2 * CELL_STEPS * m + (1 << m) - 1
     }
 
     /// Writes the rows of the first two column stages, for each look-ahead.
@@ -294,7 +285,7 @@ impl Module {
             self.body += "\n";
             self.clock(&smoother);
             self.connect(&format!("{smoother}.address"), "self.counter.address.val()");
-            self.connect(&format!("{smoother}.address_delayed_5"), "self.counter.delayed_5.val()");
+            self.connect(&format!("{smoother}.recursion_write_address"), "self.counter.recursion_write_address.val()");
             self.connect(&format!("{smoother}.rows_load"), &format!("self.rows_load_{m}.y.val()"));
             for j in 0..m - 2 {
                 self.connect(&format!("{smoother}.held[{j}]"), &format!("self.held_state_{j}.y.val()"));
@@ -317,7 +308,7 @@ impl Module {
                 self.connect(&format!("{smoother}.g_j[{j}]"), &coefficient(field + 1 + j));
             }
             field += 1 + m;
-            let steps = self.row_steps(self.longest()) - self.row_steps(m);
+            let steps = row_steps(self.longest()) - row_steps(m);
             let y = self.delay(&format!("{name}_delay"), self.state_bits, steps, &format!("self.{smoother}.y.val()"));
             self.connect(name, &y);
         }

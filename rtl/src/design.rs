@@ -4,7 +4,7 @@
 //! use the names in their Verilog, bodies of `#[hdl_gen]` as slices and array lengths. [`crate::emission::post_pass`]
 //! puts the numbers in their place ([`constant`]), because rust-hdl prints the names.
 
-use hoverlock_design::{DesignPoint, MAX_ROWS};
+use hoverlock_design::{DesignPoint, MAX_ROWS, pipeline};
 use hoverlock_registers::record::record_words;
 
 include!(concat!(env!("OUT_DIR"), "/design.rs"));
@@ -20,6 +20,8 @@ macro_rules! constants {
 }
 
 constants! {
+    /// Steps of a stage: border and lerp.
+    CELL_STEPS = pipeline::CELL_STEPS as usize;
     /// The state's highest bit.
     STATE_TOP = STATE_BITS - 1;
     /// Bits of a difference of two states with its sign.
@@ -129,10 +131,10 @@ pub const BANDS: usize = {
 pub const DOG_SHIFT: usize = STATE_BITS - 2 - DOG_BITS;
 
 /// Lines of the longest smoother.
-pub const SMOOTHER_LINES: usize = (1 << MAX_LOOK_AHEAD) - 1;
+pub const SMOOTHER_LINES: usize = pipeline::lines(MAX_LOOK_AHEAD as u64) as usize;
 
 /// Steps of the longest smoother in addition to its lines.
-pub const SMOOTHER_STEPS: usize = crate::smoother::steps(MAX_LOOK_AHEAD as u64) as usize;
+pub const SMOOTHER_STEPS: usize = pipeline::smoother_steps(MAX_LOOK_AHEAD as u64) as usize;
 
 /// Look-ahead of the longest smoother.
 pub const MAX_LOOK_AHEAD: usize = {

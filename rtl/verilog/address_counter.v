@@ -3,23 +3,25 @@
 
 `default_nettype none
 
-// The address of all line memories: address[n] = n mod W, counted in steps, and delayed_k[n] = address[n - k].
-// Latency: none; the counter is a register.
+// The address of all line memories, address[n] = n mod W, counted in steps, and the addresses at which they are
+// written: the address when the word was read.
+// Latency: none; the counter is a register. A new `width` counts after two clocks without a step.
 module address_counter (
   input  wire clock,
   input  wire reset,
   input  wire advance,
   input  wire [10:0] width,
   output reg  [9:0] address,
-  output reg  [9:0] delayed_1,
-  output reg  [9:0] delayed_2,
-  output reg  [9:0] delayed_5
+  output reg  [9:0] write_address,
+  output reg  [9:0] registered_write_address,
+  output reg  [9:0] recursion_write_address
 );
 
-wire [10:0] last = width - 11'd1;
+reg [10:0] last; // of a stable width
 reg [49:0] delayed;
 
-always @(posedge clock)
+always @(posedge clock) begin
+  last <= width - 11'd1;
   if (reset) begin
     address <= 10'd0;
     delayed <= 50'd0;
@@ -28,11 +30,12 @@ always @(posedge clock)
     delayed <= {delayed[39:0], address};
   end else if ({1'b0, address} > last)
     address <= 10'd0; // the width became smaller since the last step
+end
 
 always @(*) begin
-  delayed_1 = delayed[9:0];
-  delayed_2 = delayed[19:10];
-  delayed_5 = delayed[49:40];
+  write_address = delayed[9:0];
+  registered_write_address = delayed[19:10];
+  recursion_write_address = delayed[49:40];
 end
 
 endmodule

@@ -10,8 +10,9 @@
 //   63            141   response DOG and its sign, both scale pairs
 //   65            149   MaxDOG and sign, input of the ring's line memories
 //   66            151   operands of the decision at the centre of the 7x7 window; candidates enter the queue
-//   81            164   the ring of the candidate is complete and its record is written
-// Latency: 81 lines and 164 steps from a pixel to the record at `record`.
+//   81            164   position of the candidate, whose ring is complete one step later
+//   81            168   its record
+// Latency: 81 lines and 168 steps from a pixel to the record at `record`.
 module extractor (
   input  wire clock,
   input  wire reset,
@@ -37,8 +38,8 @@ module extractor (
 wire [15:0] pixels_y;
 wire [383:0] smoothers_window_bank;
 wire [9:0] smoothers_address;
-wire [9:0] smoothers_address_delayed_1;
-wire [9:0] smoothers_address_delayed_2;
+wire [9:0] smoothers_write_address;
+wire [9:0] smoothers_registered_write_address;
 wire [17:0] smoothers_narrow;
 wire [17:0] smoothers_middle;
 wire [17:0] smoothers_wide;
@@ -137,8 +138,8 @@ smoothers smoothers (
   .frame_bank(frame_bank),
   .window_bank(smoothers_window_bank),
   .address(smoothers_address),
-  .address_delayed_1(smoothers_address_delayed_1),
-  .address_delayed_2(smoothers_address_delayed_2),
+  .write_address(smoothers_write_address),
+  .registered_write_address(smoothers_registered_write_address),
   .narrow(smoothers_narrow),
   .middle(smoothers_middle),
   .wide(smoothers_wide),
@@ -158,7 +159,7 @@ scale_pair scale_pair_0 (
   .reset(reset),
   .advance(advance),
   .address(smoothers_address),
-  .address_delayed_2(smoothers_address_delayed_2),
+  .registered_write_address(smoothers_registered_write_address),
   .narrow(smoothers_narrow),
   .wide(smoothers_middle),
   .response(scale_pair_0_response),
@@ -176,7 +177,7 @@ scale_pair scale_pair_1 (
   .reset(reset),
   .advance(advance),
   .address(smoothers_address),
-  .address_delayed_2(smoothers_address_delayed_2),
+  .registered_write_address(smoothers_registered_write_address),
   .narrow(smoothers_middle),
   .wide(smoothers_wide),
   .response(scale_pair_1_response),
@@ -382,7 +383,7 @@ line_delay #(.BITS(16), .ROWS(28), .TAPS(28'hed2a5b8), .OUTPUTS(15), .ADDRESS_BI
   .clock(clock),
   .advance(advance),
   .address(smoothers_address),
-  .write_address(smoothers_address_delayed_1),
+  .write_address(smoothers_write_address),
   .x(scale_pair_0_ring),
   .y(ring_lines_0_y)
 );
@@ -391,7 +392,7 @@ line_delay #(.BITS(16), .ROWS(32), .TAPS(32'hd5249255), .OUTPUTS(14), .ADDRESS_B
   .clock(clock),
   .advance(advance),
   .address(smoothers_address),
-  .write_address(smoothers_address_delayed_1),
+  .write_address(smoothers_write_address),
   .x(scale_pair_1_ring),
   .y(ring_lines_1_y)
 );

@@ -10,7 +10,7 @@
 //   fifo        512 records
 // `advance` is the clock enable of the whole datapath. A step is a clock edge with `advance` high; latencies are in
 // steps and lines of W steps.
-// Latency: 2 clocks in the sequencer, 81 lines and 164 steps in the extractor, 3 clocks in the FIFO.
+// Latency: 2 clocks in the sequencer, 81 lines and 168 steps in the extractor, 3 clocks in the FIFO.
 module hoverlock_core (
   input  wire clock,
   input  wire reset,

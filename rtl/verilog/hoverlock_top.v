@@ -8,7 +8,7 @@
 //   core        everything between the two streams
 // One clock, one pixel per clock. A step is a clock edge with `advance` high in the core: one pixel, or none while the
 // pipeline drains.
-// Latency: 81 lines, 164 steps and 5 clocks from a pixel to its record; one clock from `csr_read` to read data.
+// Latency: 81 lines, 168 steps and 5 clocks from a pixel to its record; one clock from `csr_read` to read data.
 module hoverlock_top (
   input  wire clock,
   input  wire reset,

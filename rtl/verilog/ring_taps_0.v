@@ -4,9 +4,9 @@
 `default_nettype none
 
 // The 32 points of a ring in parallel: o_i = round(R (cos, sin)(2 pi i / 32)), row by row from a line delay,
-// then delayed by
-// the column of each point; the points of one row share a delay chain. Its memories are read as in a delay: old words.
-// Latency: 1 step for the rightmost point, 2 R + 1 for the leftmost.
+// then delayed by the column of each point; the points of one row share a delay chain.
+// Its memories are read as in a delay: old words.
+// Latency: 16 - R steps for the rightmost point, 16 + R for the leftmost.
 module ring_taps_0 (
   input  wire clock,
   input  wire reset,

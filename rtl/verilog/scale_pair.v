@@ -4,16 +4,16 @@
 `default_nettype none
 
 // One scale pair: DOG, the maxima of its 7x7 window split by raster order, and MaxDOG of 5x5.
-//   step 2   response                          step 5   maxima of a column
-//   step 8   ring (2 lines, 2 columns ago)     step 9   strict, loose and p of the centre (3 lines, 3 columns ago)
-//   step 10  centre and its neighbours
+//   step 2  response                          step 5  maxima of a column
+//   step 8  ring (2 lines, 2 columns ago)     step 9  strict, loose and p of the centre (3 lines, 3 columns ago)
+// The centre and its neighbours follow one step later.
 // Latency: 2 steps to the response, 3 lines and 12 steps from a pixel's states to the operands of its decision.
 module scale_pair (
   input  wire clock,
   input  wire reset,
   input  wire advance,
   input  wire [9:0] address,
-  input  wire [9:0] address_delayed_2,
+  input  wire [9:0] registered_write_address,
   input  wire [17:0] narrow,
   input  wire [17:0] wide,
   output wire [15:0] response,
@@ -75,7 +75,7 @@ line_delay #(.BITS(16), .ROWS(6), .TAPS(6'h3f), .OUTPUTS(6), .ADDRESS_BITS(10), 
   .clock(clock),
   .advance(advance),
   .address(address),
-  .write_address(address_delayed_2),
+  .write_address(registered_write_address),
   .x(signed_response_y),
   .y(lines_y)
 );

@@ -15,7 +15,7 @@ module smoother_5 (
   input  wire reset,
   input  wire advance,
   input  wire [9:0] address,
-  input  wire [9:0] address_delayed_5,
+  input  wire [9:0] recursion_write_address,
   input  wire [63:0] rows,
   input  wire rows_load,
   input  wire [17:0] delayed_0,
@@ -232,7 +232,7 @@ line_delay #(.BITS(18), .ROWS(1), .TAPS(1'h1), .OUTPUTS(1), .ADDRESS_BITS(10), .
   .clock(clock),
   .advance(advance),
   .address(address),
-  .write_address(address_delayed_5),
+  .write_address(recursion_write_address),
   .x(recursion_y),
   .y(recursion_memory_y)
 );

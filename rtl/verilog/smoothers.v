@@ -21,8 +21,8 @@ module smoothers (
   input  wire [383:0] frame_bank,
   output wire [383:0] window_bank,
   output wire [9:0] address,
-  output wire [9:0] address_delayed_1,
-  output wire [9:0] address_delayed_2,
+  output wire [9:0] write_address,
+  output wire [9:0] registered_write_address,
   output wire [17:0] narrow,
   output wire [17:0] middle,
   output wire [17:0] wide,
@@ -30,9 +30,9 @@ module smoothers (
 );
 
 wire [9:0] counter_address;
-wire [9:0] counter_delayed_1;
-wire [9:0] counter_delayed_2;
-wire [9:0] counter_delayed_5;
+wire [9:0] counter_write_address;
+wire [9:0] counter_registered_write_address;
+wire [9:0] counter_recursion_write_address;
 wire [15:0] line_memory_taps_0;
 wire [15:0] line_memory_taps_1;
 wire [15:0] line_memory_taps_2;
@@ -125,20 +125,20 @@ address_counter counter (
   .advance(advance),
   .width(width),
   .address(counter_address),
-  .delayed_1(counter_delayed_1),
-  .delayed_2(counter_delayed_2),
-  .delayed_5(counter_delayed_5)
+  .write_address(counter_write_address),
+  .registered_write_address(counter_registered_write_address),
+  .recursion_write_address(counter_recursion_write_address)
 );
 
 assign address = counter_address;
-assign address_delayed_1 = counter_delayed_1;
-assign address_delayed_2 = counter_delayed_2;
+assign write_address = counter_write_address;
+assign registered_write_address = counter_registered_write_address;
 // Rows of pixels for the first two column stages, rows of states for the others.
 column_memory line_memory (
   .clock(clock),
   .advance(advance),
   .address(counter_address),
-  .write_address(counter_delayed_1),
+  .write_address(counter_write_address),
   .pixel(pixel),
   .taps_0(line_memory_taps_0),
   .taps_1(line_memory_taps_1),
@@ -172,7 +172,7 @@ smoother_5 narrow_smoother (
   .reset(reset),
   .advance(advance),
   .address(counter_address),
-  .address_delayed_5(counter_delayed_5),
+  .recursion_write_address(counter_recursion_write_address),
   .rows(rows_delay_5_y),
   .rows_load(rows_load_5_y),
   .delayed_0(line_memory_y_0),
@@ -210,7 +210,7 @@ smoother_5 middle_smoother (
   .reset(reset),
   .advance(advance),
   .address(counter_address),
-  .address_delayed_5(counter_delayed_5),
+  .recursion_write_address(counter_recursion_write_address),
   .rows(rows_delay_5_y),
   .rows_load(rows_load_5_y),
   .delayed_0(line_memory_y_3),
@@ -248,7 +248,7 @@ smoother_6 wide_smoother (
   .reset(reset),
   .advance(advance),
   .address(counter_address),
-  .address_delayed_5(counter_delayed_5),
+  .recursion_write_address(counter_recursion_write_address),
   .rows(rows_6_y),
   .rows_load(rows_load_6_y),
   .delayed_0(line_memory_y_6),
@@ -318,7 +318,7 @@ held_row held (
   .advance(advance),
   .write(cursor_last_row),
   .address(counter_address),
-  .write_address(counter_delayed_1),
+  .write_address(counter_write_address),
   .x(pixel),
   .y(held_y)
 );

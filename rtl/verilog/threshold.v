@@ -39,11 +39,13 @@ reg [6:0]  bin_1;
 reg [6:0]  bin_2;
 reg        counting;
 reg        counting_1;
+reg        counting_2;
 reg        summing;
 reg        summing_1;
 reg        summing_2;
 reg [15:0] word;
 reg [15:0] word_1;
+reg [15:0] written;
 reg [17:0] sum;
 reg        reached;
 reg [6:0]  last;
@@ -56,8 +58,7 @@ reg [6:0]  bin_of_centre;
 wire       counts = maximum & (centre[14:5] != 10'd0);
 wire [15:0] read_low = bin[0] ? counts_1[bin[6:2]] : counts_0[bin[6:2]];
 wire [15:0] read_high = bin[0] ? counts_3[bin[6:2]] : counts_2[bin[6:2]];
-wire       write = counting_1 | summing_1;
-wire [15:0] written = summing_1 ? 16'd0 : word + {15'd0, word != 16'hffff};
+wire       write = counting_2 | summing_2;
 
 always @(*)
   if (centre[14])
@@ -85,12 +86,14 @@ always @(posedge clock)
   if (reset) begin
     counting   <= 1'b0;
     counting_1 <= 1'b0;
+    counting_2 <= 1'b0;
     summing    <= 1'b0;
     summing_1  <= 1'b0;
     summing_2  <= 1'b0;
   end else if (advance) begin
     counting   <= counts;
     counting_1 <= counting;
+    counting_2 <= counting_1;
     summing    <= enters | (summing & (bin != 7'd0));
     summing_1  <= summing;
     summing_2  <= summing_1;
@@ -103,23 +106,24 @@ always @(posedge clock)
     bin_2  <= bin_1;
     word   <= bin[1] ? read_high : read_low;
     word_1 <= word;
+    written <= summing_1 ? 16'd0 : word + {15'd0, word != 16'hffff};
   end
 
 always @(posedge clock)
-  if (advance & ~reset & write & (bin_1[1:0] == 2'd0))
-    counts_0[bin_1[6:2]] <= written;
+  if (advance & ~reset & write & (bin_2[1:0] == 2'd0))
+    counts_0[bin_2[6:2]] <= written;
 
 always @(posedge clock)
-  if (advance & ~reset & write & (bin_1[1:0] == 2'd1))
-    counts_1[bin_1[6:2]] <= written;
+  if (advance & ~reset & write & (bin_2[1:0] == 2'd1))
+    counts_1[bin_2[6:2]] <= written;
 
 always @(posedge clock)
-  if (advance & ~reset & write & (bin_1[1:0] == 2'd2))
-    counts_2[bin_1[6:2]] <= written;
+  if (advance & ~reset & write & (bin_2[1:0] == 2'd2))
+    counts_2[bin_2[6:2]] <= written;
 
 always @(posedge clock)
-  if (advance & ~reset & write & (bin_1[1:0] == 2'd3))
-    counts_3[bin_1[6:2]] <= written;
+  if (advance & ~reset & write & (bin_2[1:0] == 2'd3))
+    counts_3[bin_2[6:2]] <= written;
 
 // The first sum that reaches the target, from the highest bin down.
 wire [15:0] over = sum[15:0] - target;
@@ -146,14 +150,16 @@ reg        quarter_1;
 reg        quarter_2;
 reg        quarter_3;
 reg        few;
+reg [18:0] least; // seven times the target
+reg [19:0] most;  // nine times
 reg        met;
 reg [14:0] from_bins;
 reg [14:0] wanted;
 reg [14:0] lowest;
 reg [14:0] next;
 wire [1:0] quarters = {quarter_2, quarter_3 | (quarter_1 & ~quarter_2)};
-wire [23:0] eight_counts = {1'b0, count, 3'd0};
-wire [23:0] eight_targets = {5'd0, target, 3'd0};
+wire [22:0] eight_counts = {count, 3'd0};
+wire [18:0] eight_targets = {target, 3'd0};
 wire [14:0] fallen = threshold - {6'd0, threshold[14:6]};
 
 always @(*)
@@ -175,7 +181,9 @@ always @(posedge clock) begin
   quarter_2 <= {surplus, 1'b0} >= {1'b0, last_count};
   quarter_3 <= {surplus, 2'd0} >= {2'd0, last_count} + {1'b0, last_count, 1'b0};
   few       <= ~reached & ({sum, 3'd0} < {5'd0, target});
-  met       <= (eight_counts + {8'd0, target} >= eight_targets) & (eight_counts <= eight_targets + {8'd0, target});
+  least     <= eight_targets - {3'd0, target};
+  most      <= {1'b0, eight_targets} + {4'd0, target};
+  met       <= (eight_counts >= {4'd0, least}) & (eight_counts <= {3'd0, most});
   wanted    <= reached ? from_bins : 15'd32;
   lowest    <= few ? fallen : {3'd0, threshold[14:3]};
   next      <= met ? threshold : wanted > lowest ? wanted : lowest;

@@ -378,7 +378,8 @@ impl<'a> Run<'a> {
                         let (w, _) = job.size();
                         let arrived = self.outcome.frames[frame].began + (y * w + x) as u64;
                         let lines = self.cycle.saturating_sub(arrived) as f64 / w as f64;
-                        self.outcome.feature_latency_lines = Some(lines);
+                        let least = &mut self.outcome.feature_latency_lines;
+                        *least = Some(least.map_or(lines, |least| least.min(lines)));
                     }
                 }
                 None => self.outcome.differ("end of frame", Position { frame, x: 0, y: 0 }, self.cycle, || {

@@ -7,6 +7,7 @@
 
 use std::sync::Arc;
 
+use hoverlock_design::pipeline::{DIFFERENCE_STEPS, MAX_DOG_RADIUS, MAX_DOG_STEPS};
 use hoverlock_design::{DesignPoint, smoother_names};
 use hoverlock_fixed_point::model::bit_true::Planes;
 use hoverlock_reference::features::{feature::MAX_PAIRS, maxlbp::Layer};
@@ -14,11 +15,9 @@ use hoverlock_reference::features::{feature::MAX_PAIRS, maxlbp::Layer};
 use crate::outcome::{Outcome, Position};
 
 /// Steps from the smoothed sample to its response.
-const RESPONSE_STEPS: usize = 2;
-/// Steps from the response to the ring sample of the same line.
-const RING_STEPS: usize = 6;
+const RESPONSE_STEPS: usize = DIFFERENCE_STEPS as usize;
 /// Half a window of MaxDOG.
-const RADIUS: usize = 2;
+const RADIUS: usize = MAX_DOG_RADIUS as usize;
 
 /// The values of the hardware in a step. Those of smoothers and scale pairs that the design does not have are 0 and not
 /// compared.
@@ -69,7 +68,7 @@ impl Passing {
     }
 
     fn ring_delay(&self) -> usize {
-        RESPONSE_STEPS + RING_STEPS + RADIUS * self.size.0 + RADIUS
+        RESPONSE_STEPS + RADIUS * self.size.0 + MAX_DOG_STEPS as usize
     }
 
     /// Returns `true` if all samples were compared.

@@ -5,7 +5,7 @@
 
 mod port_bench;
 
-use hoverlock_design::{AutomaticThreshold, DesignPoint, Format, Protection, SmootherKind};
+use hoverlock_design::{AutomaticThreshold, DesignPoint, Format, KT27, Protection, SmootherKind, pipeline};
 use hoverlock_fixed_point::model::bit_true::BitTrue;
 use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_pictures::{Picture, data_dir};
@@ -47,6 +47,32 @@ fn ground(design: &DesignPoint) -> Plane<u16> {
     }
 }
 
+/// The latencies of a frame without pauses are those of [`pipeline`], to the clock.
+#[track_caller]
+fn takes_its_time(design: &DesignPoint, width: usize, outcome: &Outcome) {
+    let longest = u64::from(design.look_ahead.iter().copied().max().unwrap());
+    let lines = |lines: u64, steps: u64| {
+        Some((lines * width as u64 + pipeline::SEQUENCER_CLOCKS + steps) as f64 / width as f64)
+    };
+    assert_eq!(
+        (outcome.cycles_per_pixel, outcome.latency_lines, outcome.feature_latency_lines),
+        (
+            Some(1.0),
+            lines(pipeline::lines(longest), pipeline::smoothed_at(longest)),
+            lines(pipeline::lines(longest) + pipeline::RING_LINES, pipeline::ring_at(longest) + pipeline::RECORD_STEPS),
+        ),
+        "cycles a pixel, lines to the first smoothed sample, lines to a record, of\n{}",
+        design.to_toml()
+    );
+}
+
+#[test]
+fn the_latency_of_the_default_design_is_that_of_the_pipeline() {
+    let frame = frame(&KT27, &noise(200, 64, 1), [2, 2, 2]);
+    let outcome = exact(&Simulator::new().unwrap(), &vec![frame; 3], Streams::default());
+    takes_its_time(&KT27, 200, &outcome);
+}
+
 #[test]
 fn the_hd1080_design_is_exact() {
     shipped_is_exact("hd1080");
@@ -76,8 +102,8 @@ fn shipped_is_exact(name: &str) {
 fn is_exact(design: &DesignPoint) {
     let simulator = Simulator::of_design(design, None, Trace::None).unwrap();
     let whole = frame(design, &ground(design), [2, 2, 2]);
-    let outcome = exact(&simulator, &vec![whole; 3], Streams::default());
-    assert_eq!(outcome.cycles_per_pixel, Some(1.0), "{outcome:#?}");
+    let outcome = exact(&simulator, &vec![whole.clone(); 3], Streams::default());
+    takes_its_time(design, whole.pixels.width(), &outcome);
     // Sizes at the limits of the design, changes of size, coefficients of its bits, faults, and pauses on both sides.
     let mut random = ChaCha8Rng::seed_from_u64(3);
     let widest = design.width as usize;

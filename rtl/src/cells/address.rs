@@ -2,21 +2,29 @@
 
 use std::collections::VecDeque;
 
+use hoverlock_design::pipeline::{READ_STEPS, RECURSION_STEPS, REGISTERED_READ_STEPS};
 use rust_hdl::prelude::*;
 
 use super::{Address, Width, low};
-use crate::design::COLUMN_BITS;
+use crate::design::{COLUMN_BITS, WIDTH_BITS};
 
-/// The delays of [`AddressCounter`] in steps: one to write a line memory, two to write one with a register behind it,
-/// five to write the memory of the recursion.
-pub const ADDRESS_DELAYS: [usize; 3] = [1, 2, 5];
+/// The outputs of [`AddressCounter`] with their age in steps.
+const OUTPUTS: [(&str, usize); 3] = [
+    ("write_address", READ_STEPS as usize),
+    ("registered_write_address", REGISTERED_READ_STEPS as usize),
+    ("recursion_write_address", OLDEST),
+];
+
+/// Age of the oldest address, steps.
+const OLDEST: usize = RECURSION_STEPS as usize;
 
 /// The address counter that all line memories share.
 ///
 /// The width changes between frames, while there is no step, and may become smaller than the address. The first step of
 /// the next frame must not use an address that the counter never returns to, so the address returns to 0 before that
-/// step.
-#[derive(LogicBlock, Default)]
+/// step. The last address is registered, which keeps a subtraction out of the path to the comparison: there is no step
+/// in the clock after a change of the width either.
+#[derive(LogicBlock)]
 pub struct AddressCounter {
     /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
@@ -28,22 +36,40 @@ pub struct AddressCounter {
     pub width: Signal<In, Width>,
     /// `n mod W`.
     pub address: Signal<Out, Address>,
-    /// The address one step ago.
-    pub delayed_1: Signal<Out, Address>,
-    /// The address two steps ago.
-    pub delayed_2: Signal<Out, Address>,
-    /// The address five steps ago.
-    pub delayed_5: Signal<Out, Address>,
+    /// Where a line memory is written.
+    pub write_address: Signal<Out, Address>,
+    /// Where a line memory with a register behind it is written.
+    pub registered_write_address: Signal<Out, Address>,
+    /// Where the memory of the recursion is written.
+    pub recursion_write_address: Signal<Out, Address>,
+    /// The address and its past, the newest first.
     _delayed: VecDeque<u64>,
+    /// `W - 1` of the clock before.
+    _last: u64,
+}
+
+impl Default for AddressCounter {
+    fn default() -> Self {
+        Self {
+            clock: Signal::default(),
+            reset: Signal::default(),
+            advance: Signal::default(),
+            width: Signal::default(),
+            address: Signal::default(),
+            write_address: Signal::default(),
+            registered_write_address: Signal::default(),
+            recursion_write_address: Signal::default(),
+            _delayed: vec![0; OLDEST + 1].into(),
+            _last: 0,
+        }
+    }
 }
 
 impl Logic for AddressCounter {
     fn update(&mut self) {
-        if self._delayed.is_empty() {
-            self._delayed = vec![0; 6].into();
-        }
         if self.clock.pos_edge() {
-            let last = self.width.val().to_u64().wrapping_sub(1);
+            let last = self._last;
+            self._last = low(self.width.val().to_u64().wrapping_sub(1), WIDTH_BITS);
             if self.reset.val() {
                 self._delayed.iter_mut().for_each(|address| *address = 0);
             } else if self.advance.val() {
@@ -56,42 +82,46 @@ impl Logic for AddressCounter {
         }
         let delayed = &self._delayed;
         self.address.next = delayed[0].into();
-        self.delayed_1.next = delayed[1].into();
-        self.delayed_2.next = delayed[2].into();
-        self.delayed_5.next = delayed[5].into();
+        self.write_address.next = delayed[READ_STEPS as usize].into();
+        self.registered_write_address.next = delayed[REGISTERED_READ_STEPS as usize].into();
+        self.recursion_write_address.next = delayed[OLDEST].into();
     }
 
     fn connect(&mut self) {
         self.address.connect();
-        self.delayed_1.connect();
-        self.delayed_2.connect();
-        self.delayed_5.connect();
+        self.write_address.connect();
+        self.registered_write_address.connect();
+        self.recursion_write_address.connect();
     }
 
     fn hdl(&self) -> Verilog {
-        let taps: String = ADDRESS_DELAYS
+        let taps: String = OUTPUTS
             .iter()
-            .map(|n| format!("  delayed_{n} = delayed[{}:{}];\n", n * COLUMN_BITS - 1, (n - 1) * COLUMN_BITS))
+            .map(|(name, n)| format!("  {name} = delayed[{}:{}];\n", n * COLUMN_BITS - 1, (n - 1) * COLUMN_BITS))
             .collect();
         Verilog::Custom(format!(
             "// module: address_counter
-wire [WIDTH_BITS-1:0] last = width - WIDTH_BITS'd1;
-reg [5*COLUMN_BITS-1:0] delayed;
+reg [WIDTH_BITS-1:0] last; // of a stable width
+reg [{top}:0] delayed;
 
-always @(posedge clock)
+always @(posedge clock) begin
+  last <= width - WIDTH_BITS'd1;
   if (reset) begin
     address <= COLUMN_BITS'd0;
-    delayed <= {history}'d0;
+    delayed <= {bits}'d0;
   end else if (advance) begin
     address <= {{1'b0, address}} >= last ? COLUMN_BITS'd0 : address + COLUMN_BITS'd1;
-    delayed <= {{delayed[4*COLUMN_BITS-1:0], address}};
+    delayed <= {{delayed[{newer}:0], address}};
   end else if ({{1'b0, address}} > last)
     address <= COLUMN_BITS'd0; // the width became smaller since the last step
+end
 
 always @(*) begin
 {taps}end
 ",
-            history = 5 * COLUMN_BITS
+            top = OLDEST * COLUMN_BITS - 1,
+            bits = OLDEST * COLUMN_BITS,
+            newer = (OLDEST - 1) * COLUMN_BITS - 1,
         ))
     }
 }

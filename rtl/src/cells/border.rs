@@ -9,9 +9,6 @@ use rust_hdl::prelude::*;
 use super::{Coefficient, Pixel, PixelRows, STATE_BITS, State, of_family};
 use crate::design::PIXEL_BITS;
 
-/// Steps from the samples to `p` and `q`.
-pub const BORDER_STEPS: u32 = 1;
-
 /// Column border: `p` is the neighbour, or the border sample where the neighbour lies outside the frame.
 #[derive(LogicBlock, Default)]
 pub struct ColumnBorder {

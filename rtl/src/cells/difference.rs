@@ -6,9 +6,6 @@ use rust_hdl::prelude::*;
 use super::{Response, State};
 use crate::design::{DOG_BITS, DOG_SHIFT};
 
-/// Steps from the smoothed samples to the response.
-pub const DIFFERENCE_STEPS: u32 = 2;
-
 /// The difference of Gaussians of one scale pair.
 #[derive(LogicBlock, Default)]
 pub struct Difference {

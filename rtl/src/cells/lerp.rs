@@ -9,9 +9,6 @@ use rust_hdl::prelude::*;
 use super::{Coefficient, State, low};
 use crate::design::{COEFFICIENT_BITS, STATE_BITS};
 
-/// Steps from `p`, `q` to `y`. `g` is taken one step after them.
-pub const LERP_STEPS: u32 = 3;
-
 /// The lerp cell: one 18 x 18 multiplier.
 #[derive(LogicBlock, Default)]
 pub struct Lerp {

@@ -9,9 +9,6 @@ use rust_hdl::prelude::*;
 use super::{Response, of_family};
 use crate::design::{DOG_BITS, SIGNED_BITS, WINDOW_BITS};
 
-/// Steps from the seven samples to the four results.
-pub const COLUMN_STEPS: u32 = 3;
-
 /// Maxima of one column of the 7x7 window.
 #[derive(LogicBlock, Default)]
 pub struct ColumnMaximum {
@@ -128,11 +125,6 @@ impl WindowMaximum {
             _samples: samples,
             _rounds: rounds,
         }
-    }
-
-    /// Steps from a sample to the first maximum it is part of.
-    pub fn steps(samples: usize) -> u32 {
-        shifts(samples).len() as u32
     }
 }
 

@@ -67,12 +67,14 @@ pub struct Threshold {
     _memory: Vec<u64>,
     /// The bin that is read, the one that is written, and the one that was added last.
     _bins: [u64; 3],
-    /// A count rises: it is read, it is written.
-    _counting: [bool; 2],
+    /// A count rises: it is read, raised, written.
+    _counting: [bool; 3],
     /// The bins are added up: one is read, one is cleared, the sum is compared.
     _summing: [bool; 3],
     /// The count that was read last, and the one added last.
     _words: [u64; 2],
+    /// The count that is written next.
+    _written: u64,
     _sum: u64,
     /// The sum has reached the target: in this bin with this count, with this surplus.
     _reached: bool,
@@ -81,6 +83,8 @@ pub struct Threshold {
     _surplus: u64,
     _quarters: u64,
     _few: bool,
+    /// Seven and nine times the target: eight times the features of a frame that has met it are between them.
+    _limits: [u64; 2],
     _met: bool,
     _wanted: u64,
     _lowest: u64,
@@ -106,9 +110,10 @@ impl Default for Threshold {
             _follows: false,
             _memory: vec![0; 128],
             _bins: [0; 3],
-            _counting: [false; 2],
+            _counting: [false; 3],
             _summing: [false; 3],
             _words: [0; 2],
+            _written: 0,
             _sum: 0,
             _reached: false,
             _last: 0,
@@ -116,6 +121,7 @@ impl Default for Threshold {
             _surplus: 0,
             _quarters: 0,
             _few: false,
+            _limits: [0; 2],
             _met: false,
             _wanted: 0,
             _lowest: 0,
@@ -147,7 +153,9 @@ impl Threshold {
         self._wanted = if self._reached { within(self._last, self._quarters) } else { 1 << FLOOR_BIT };
         self._quarters = (1..4).filter(|part| 4 * self._surplus >= part * self._inside).count() as u64;
         self._few = !self._reached && 8 * self._sum < target;
-        self._met = (7 * target..=9 * target).contains(&(8 * count));
+        let [least, most] = self._limits;
+        self._met = (least..=most).contains(&(8 * count));
+        self._limits = [7 * target, 9 * target];
     }
 
     /// The bins: a sum or a count, the last step first.
@@ -165,11 +173,10 @@ impl Threshold {
             (self._sum, self._reached) = (0, false);
         }
         let read = self._memory[self._bins[0] as usize];
-        if self._summing[1] {
-            self._memory[self._bins[1] as usize] = 0;
-        } else if self._counting[1] {
-            self._memory[self._bins[1] as usize] = (self._words[0] + 1).min(MAX_COUNT);
+        if self._summing[2] || self._counting[2] {
+            self._memory[self._bins[2] as usize] = self._written;
         }
+        self._written = if self._summing[1] { 0 } else { (self._words[0] + 1).min(MAX_COUNT) };
         self._words = [read, self._words[0]];
         let centre = self.centre.val().to_u64();
         let (bin, is_lowest) = (self._bins[0], self._bins[0] == FLOOR_BIN);
@@ -181,15 +188,16 @@ impl Threshold {
             _ => bin,
         };
         self._bins = [next, self._bins[0], self._bins[1]];
-        self._counting = [counts, self._counting[0]];
+        self._counting = [counts, self._counting[0], self._counting[1]];
         let summing = self.enters.val() || (self._summing[0] && !is_lowest);
         self._summing = [summing, self._summing[0], self._summing[1]];
     }
 
-    fn begin(&mut self) {
+    /// A frame begins, with this threshold if it follows.
+    fn begin(&mut self, next: u64) {
         self.count.next = 0u64.into();
         let manual = self.manual.val().to_u64().max(1);
-        self.threshold.next = if self.follow.val() && self._follows { self._next } else { manual }.into();
+        self.threshold.next = if self.follow.val() && self._follows { next } else { manual }.into();
         self._follows = self.follow.val();
     }
 }
@@ -200,17 +208,19 @@ impl Logic for Threshold {
             return;
         }
         let advance = self.advance.val();
+        // An output that is written reads as the new value.
+        let next = self._next;
+        self.settle();
         if self.reset.val() {
             self.count.next = 0u64.into();
             self.threshold.next = 0u64.into();
             self._follows = false;
-            (self._counting, self._summing) = ([false; 2], [false; 3]);
+            (self._counting, self._summing) = ([false; 3], [false; 3]);
         } else if advance && self.start.val() {
-            self.begin();
+            self.begin(next);
         } else if advance && self.hit.val() {
             self.count.next = low(self.count.val().to_u64() + 1, 20).into();
         }
-        self.settle();
         if advance && !self.reset.val() {
             self.step();
         }
@@ -254,11 +264,13 @@ reg [6:0]  bin_1;
 reg [6:0]  bin_2;
 reg        counting;
 reg        counting_1;
+reg        counting_2;
 reg        summing;
 reg        summing_1;
 reg        summing_2;
 reg [15:0] word;
 reg [15:0] word_1;
+reg [15:0] written;
 reg [17:0] sum;
 reg        reached;
 reg [6:0]  last;
@@ -271,8 +283,7 @@ reg [6:0]  bin_of_centre;
 wire       counts = REACHES_FLOOR;
 wire [15:0] read_low = bin[0] ? counts_1[bin[6:2]] : counts_0[bin[6:2]];
 wire [15:0] read_high = bin[0] ? counts_3[bin[6:2]] : counts_2[bin[6:2]];
-wire       write = counting_1 | summing_1;
-wire [15:0] written = summing_1 ? 16'd0 : word + {15'd0, word != 16'hffff};
+wire       write = counting_2 | summing_2;
 
 always @(*)
 BIN_OF_CENTRE
@@ -280,12 +291,14 @@ always @(posedge clock)
   if (reset) begin
     counting   <= 1'b0;
     counting_1 <= 1'b0;
+    counting_2 <= 1'b0;
     summing    <= 1'b0;
     summing_1  <= 1'b0;
     summing_2  <= 1'b0;
   end else if (advance) begin
     counting   <= counts;
     counting_1 <= counting;
+    counting_2 <= counting_1;
     summing    <= enters | (summing & (bin != FLOOR_BIN));
     summing_1  <= summing;
     summing_2  <= summing_1;
@@ -298,6 +311,7 @@ always @(posedge clock)
     bin_2  <= bin_1;
     word   <= bin[1] ? read_high : read_low;
     word_1 <= word;
+    written <= summing_1 ? 16'd0 : word + {15'd0, word != 16'hffff};
   end
 
 WRITES// The first sum that reaches the target, from the highest bin down.
@@ -325,14 +339,16 @@ reg        quarter_1;
 reg        quarter_2;
 reg        quarter_3;
 reg        few;
+reg [18:0] least; // seven times the target
+reg [19:0] most;  // nine times
 reg        met;
 reg [DOG_BITS-1:0] from_bins;
 reg [DOG_BITS-1:0] wanted;
 reg [DOG_BITS-1:0] lowest;
 reg [DOG_BITS-1:0] next;
 wire [1:0] quarters = {quarter_2, quarter_3 | (quarter_1 & ~quarter_2)};
-wire [23:0] eight_counts = {1'b0, count, 3'd0};
-wire [23:0] eight_targets = {5'd0, target, 3'd0};
+wire [22:0] eight_counts = {count, 3'd0};
+wire [18:0] eight_targets = {target, 3'd0};
 wire [DOG_BITS-1:0] fallen = threshold - A_64TH;
 
 always @(*)
@@ -342,7 +358,9 @@ always @(posedge clock) begin
   quarter_2 <= {surplus, 1'b0} >= {1'b0, last_count};
   quarter_3 <= {surplus, 2'd0} >= {2'd0, last_count} + {1'b0, last_count, 1'b0};
   few       <= ~reached & ({sum, 3'd0} < {5'd0, target});
-  met       <= (eight_counts + {8'd0, target} >= eight_targets) & (eight_counts <= eight_targets + {8'd0, target});
+  least     <= eight_targets - {3'd0, target};
+  most      <= {1'b0, eight_targets} + {4'd0, target};
+  met       <= (eight_counts >= {4'd0, least}) & (eight_counts <= {3'd0, most});
   wanted    <= reached ? from_bins : FLOOR;
   lowest    <= few ? fallen : {3'd0, threshold[DOG_BITS-1:3]};
   next      <= met ? threshold : wanted > lowest ? wanted : lowest;
@@ -370,8 +388,8 @@ always @(posedge clock)
 fn write(bank: u64) -> String {
     format!(
         "always @(posedge clock)
-  if (advance & ~reset & write & (bin_1[1:0] == 2'd{bank}))
-    counts_{bank}[bin_1[6:2]] <= written;
+  if (advance & ~reset & write & (bin_2[1:0] == 2'd{bank}))
+    counts_{bank}[bin_2[6:2]] <= written;
 
 "
     )

@@ -1,14 +1,13 @@
 //! The comment above each emitted module without a file of its own: purpose, equation, pipeline, latency.
 //!
-//! `{m}` is the look-ahead in a smoother's name, `{m-1}` one less. `<NAME>` is a number of the design, `<NAME+1>` one
-//! more.
+//! `{m}` is the look-ahead in a smoother's name, `{m-1}` one less. `<NAME>` is a number of the design or of the pipeline.
 
 use crate::design::{
     CANDIDATE_QUEUE, COEFFICIENT_BITS, COEFFICIENTS, DOG_BITS, DOG_SHIFT, LOOK_AHEAD, MAX_LOOK_AHEAD, MAX_WIDTH,
     PIXEL_BITS, RECORD_BITS, RECORD_FIFO, SCALE_PAIRS, SMOOTHER_LINES, SMOOTHER_STEPS, STATE_BITS, STATE_FRACTION_BITS,
 };
-use crate::smoother::{CELL_STEPS, TREE_STEPS, row_steps};
-use hoverlock_design::smoother_names;
+use hoverlock_design::pipeline::{self, CELL_STEPS, row_steps};
+use hoverlock_design::{MAX_RING_RADIUS, smoother_names};
 
 /// Returns the comment above a module.
 pub fn header(module: &str) -> String {
@@ -31,20 +30,10 @@ fn filled(text: &str, module: &str) -> String {
 
 /// Puts the numbers of the design in their places.
 fn of_design(text: &str) -> String {
-    let (lines, steps) = (SMOOTHER_LINES, SMOOTHER_STEPS);
     let half = if DOG_SHIFT == 0 { 0 } else { 1 << (DOG_SHIFT - 1) };
     let numbers = [
-        ("LINES", lines),
-        ("LINES+2", lines + 2),
-        ("LINES+3", lines + 3),
-        ("LINES+18", lines + 18),
-        ("TREE_STEPS", TREE_STEPS as usize),
-        ("STEPS", steps),
-        ("STEPS+1", steps + 1),
-        ("STEPS+3", steps + 3),
-        ("STEPS+11", steps + 11),
-        ("STEPS+13", steps + 13),
-        ("STEPS+26", steps + 26),
+        ("LINES", SMOOTHER_LINES),
+        ("STEPS", SMOOTHER_STEPS),
         ("PIXEL_BITS", PIXEL_BITS),
         ("FRACTION_BITS", STATE_FRACTION_BITS),
         ("SCALE", 1 << STATE_FRACTION_BITS),
@@ -74,8 +63,50 @@ fn of_design(text: &str) -> String {
         ("SMOOTHED", format!("{others} and {last}")),
         ("WIDE_RINGS", wide_rings.into()),
     ];
+    let steps = latencies();
+    let numbers = numbers.into_iter().chain(steps.iter().map(|(name, steps)| (*name, *steps as usize)));
     let text = words.iter().fold(text.to_owned(), |text, (name, word)| text.replace(&format!("<{name}>"), word));
-    numbers.iter().fold(text, |text, (name, number)| text.replace(&format!("<{name}>"), &number.to_string()))
+    numbers.fold(text, |text, (name, number)| text.replace(&format!("<{name}>"), &number.to_string()))
+}
+
+/// Returns the lines, steps and clocks of the headers.
+fn latencies() -> [(&'static str, u64); 27] {
+    let longest = MAX_LOOK_AHEAD as u64;
+    let (lines, smoothed) = (pipeline::lines(longest), pipeline::smoothed_at(longest));
+    let response = smoothed + pipeline::DIFFERENCE_STEPS;
+    let ring = pipeline::ring_at(longest);
+    // Of a scale pair, from its two smoothed samples on.
+    let columns = pipeline::DIFFERENCE_STEPS + pipeline::COLUMN_MAXIMUM_STEPS;
+    let decided = pipeline::DIFFERENCE_STEPS + pipeline::WINDOW_STEPS;
+    [
+        ("BORDER_STEPS", pipeline::BORDER_STEPS),
+        ("LERP_STEPS", pipeline::LERP_STEPS),
+        ("CELL_STEPS", CELL_STEPS),
+        ("TREE_STEPS", pipeline::TREE_STEPS),
+        ("CURSOR_STEPS", pipeline::CURSOR_STEPS),
+        ("DIFFERENCE_STEPS", pipeline::DIFFERENCE_STEPS),
+        ("COLUMN_MAXIMUM_STEPS", pipeline::COLUMN_MAXIMUM_STEPS),
+        ("MAXIMUM_STEPS", pipeline::MAXIMUM_STEPS),
+        ("QUEUE_STEPS", pipeline::QUEUE_STEPS),
+        ("WRITER_STEPS", pipeline::WRITER_STEPS),
+        ("SEQUENCER_CLOCKS", pipeline::SEQUENCER_CLOCKS),
+        ("FIFO_CLOCKS", pipeline::FIFO_CLOCKS),
+        ("BUS_CLOCKS", pipeline::SEQUENCER_CLOCKS + pipeline::FIFO_CLOCKS),
+        ("SMOOTHED_AT", smoothed),
+        ("RESPONSE_AT", response),
+        ("RING_SAMPLE_LINES", lines + pipeline::MAX_DOG_RADIUS),
+        ("RING_SAMPLE_AT", response + pipeline::MAX_DOG_STEPS),
+        ("WINDOW_LINES", lines + pipeline::WINDOW_RADIUS),
+        ("WINDOW_AT", response + pipeline::WINDOW_STEPS),
+        ("RING_LINES", lines + pipeline::RING_LINES),
+        ("RING_AT", ring),
+        ("RECORD_AT", ring + pipeline::RECORD_STEPS),
+        ("PAIR_COLUMNS", columns),
+        ("PAIR_RING", columns + pipeline::window_maximum_steps(2 * pipeline::MAX_DOG_RADIUS + 1)),
+        ("PAIR_WINDOW", decided - pipeline::WINDOW_RADIUS),
+        ("PAIR_DECIDED", decided),
+        ("RING_REACH", MAX_RING_RADIUS.into()),
+    ]
 }
 
 /// Describes how the smoothers are aligned.
@@ -109,7 +140,7 @@ const HEADERS: &[(&str, &str)] = &[
   core        everything between the two streams
 One clock, one pixel per clock. A step is a clock edge with `advance` high in the core: one pixel, or none while the
 pipeline drains.
-Latency: <LINES+18> lines, <STEPS+26> steps and 5 clocks from a pixel to its record; \
+Latency: <RING_LINES> lines, <RECORD_AT> steps and <BUS_CLOCKS> clocks from a pixel to its record; \
 one clock from `csr_read` to read data.",
     ),
     (
@@ -121,19 +152,21 @@ one clock from `csr_read` to read data.",
   fifo        <RECORD_FIFO> records
 `advance` is the clock enable of the whole datapath. A step is a clock edge with `advance` high; latencies are in
 steps and lines of W steps.
-Latency: 2 clocks in the sequencer, <LINES+18> lines and <STEPS+26> steps in the extractor, 3 clocks in the FIFO.",
+Latency: <SEQUENCER_CLOCKS> clocks in the sequencer, <RING_LINES> lines and <RECORD_AT> steps in the extractor, \
+<FIFO_CLOCKS> clocks in the FIFO.",
     ),
     (
         "extractor",
         "From pixels to records.
   lines       steps   from the pixel
   0               1   input of the smoothers
-  <LINES>            <STEPS+1>   smoothed states
-  <LINES>            <STEPS+3>   response DOG and its sign, <ALL_PAIRS>
-  <LINES+2>            <STEPS+11>   MaxDOG and sign, input of the ring's line memories
-  <LINES+3>            <STEPS+13>   operands of the decision at the centre of the 7x7 window; candidates enter the queue
-  <LINES+18>            <STEPS+26>   the ring of the candidate is complete and its record is written
-Latency: <LINES+18> lines and <STEPS+26> steps from a pixel to the record at `record`.",
+  <LINES>            <SMOOTHED_AT>   smoothed states
+  <LINES>            <RESPONSE_AT>   response DOG and its sign, <ALL_PAIRS>
+  <RING_SAMPLE_LINES>            <RING_SAMPLE_AT>   MaxDOG and sign, input of the ring's line memories
+  <WINDOW_LINES>            <WINDOW_AT>   operands of the decision at the centre of the 7x7 window; candidates enter the queue
+  <RING_LINES>            <RING_AT>   position of the candidate, whose ring is complete one step later
+  <RING_LINES>            <RECORD_AT>   its record
+Latency: <RING_LINES> lines and <RECORD_AT> steps from a pixel to the record at `record`.",
     ),
     (
         "smoothers",
@@ -148,10 +181,10 @@ Latency: <LINES> lines and <STEPS> steps from `pixel` to <SMOOTHED>.",
         "smoother_",
         "One two-sided first-order smoother of look-ahead m = {m}; every cell is a lerp, y = p + g (q - p).
   first_stage, second_stage   column_look_ahead_j, j = {m-1}, {m-2}, on pixels of four rows   <TREE_STEPS> steps
-  column_look_ahead_j   u[r] = lerp(p = u[min(r + 2^j, H-1)], q = u[r], g_j)   2^j lines and 4 steps, j = m-3 .. 0
-  recursion             s[r] = lerp(p = s[r-1], q = u[r], g)                          4 steps
-  row_look_back_j       u[c] = lerp(p = u[max(c - 2^j, 0)], q = u[c], g_j)            4 steps
-  row_look_ahead_j      u[c] = lerp(p = u[min(c + 2^j, W-1)], q = u[c], g_j)    2^j + 4 steps
+  column_look_ahead_j   u[r] = lerp(p = u[min(r + 2^j, H-1)], q = u[r], g_j)   2^j lines and <CELL_STEPS> steps, j = m-3 .. 0
+  recursion             s[r] = lerp(p = s[r-1], q = u[r], g)                          <CELL_STEPS> steps
+  row_look_back_j       u[c] = lerp(p = u[max(c - 2^j, 0)], q = u[c], g_j)            <CELL_STEPS> steps
+  row_look_ahead_j      u[c] = lerp(p = u[min(c + 2^j, W-1)], q = u[c], g_j)    2^j + <CELL_STEPS> steps
 Latency: {row_steps} steps from the state of the recursion to y.",
     ),
     (
@@ -159,7 +192,7 @@ Latency: {row_steps} steps from the state of the recursion to y.",
         "A column look-ahead stage: y[r] = lerp(p = u[min(r + 2^j, H - 1)], q = u[r], g_j).
 `x` is u[r + 2^j], arriving; `delayed` is u[r], from the line memory; `held` is row H - 1 for the last 2^j rows.
   step 1  p, q   step 2  |q - p|   step 3  product   step 4  y
-Latency: 4 steps from `delayed` to its y.",
+Latency: <CELL_STEPS> steps from `delayed` to its y.",
     ),
     (
         "column_memory",
@@ -171,19 +204,19 @@ Latency: the lines of the output.",
         "repeated_rows",
         "Pixels of the rows r, r + q, r + 2 q and r + 3 q of a column, the first lowest; `held`, the last row of the
 frame, in place of rows outside it.
-Latency: 1 step.",
+Latency: <BORDER_STEPS> step.",
     ),
     (
         "row_look_back",
         "Row look-back stage j, DISTANCE = 2^j: y[c] = lerp(p = u[max(c - DISTANCE, 0)], q = u[c], g_j).
   step 1  p, q   step 2  |q - p|   step 3  product   step 4  y
-Latency: 4 steps.",
+Latency: <CELL_STEPS> steps.",
     ),
     (
         "row_look_ahead",
         "Row look-ahead stage j, DISTANCE = 2^j: y[c] = lerp(p = u[min(c + DISTANCE, W - 1)], q = u[c], g_j).
   step 1  p, q   step 2  |q - p|   step 3  product   step 4  y, counted from DISTANCE steps after u[c]
-Latency: DISTANCE + 4 steps.",
+Latency: DISTANCE + <CELL_STEPS> steps.",
     ),
     (
         "lerp",
@@ -191,13 +224,13 @@ Latency: DISTANCE + 4 steps.",
 y lies between p and q.
   step 1  distance = |q - p|   step 2  product = distance * g   step 3  y
 One 18 x 18 multiplier, registered at its inputs and its output. `g` belongs to step 2.
-Latency: 3 steps.",
+Latency: <LERP_STEPS> steps.",
     ),
     (
         "column_border",
         "The operands of a column cell: q = x, p = the neighbour, or the border sample where the neighbour lies outside
 the frame.
-Latency: 1 step.",
+Latency: <BORDER_STEPS> step.",
     ),
     (
         "coefficient_register",
@@ -208,12 +241,13 @@ Latency: 1 step.",
         "cursor",
         "Column x and row y of the current sample, counted from the marker one step before a frame's first sample:
 0 <= x < W and 0 <= y < H.
-Latency: 1 step from `start` to position (0, 0); the border flags are combinational.",
+Latency: <CURSOR_STEPS> step from `start` to position (0, 0); the border flags are combinational.",
     ),
     (
         "address_counter",
-        "The address of all line memories: address[n] = n mod W, counted in steps, and delayed_k[n] = address[n - k].
-Latency: none; the counter is a register.",
+        "The address of all line memories, address[n] = n mod W, counted in steps, and the addresses at which they are
+written: the address when the word was read.
+Latency: none; the counter is a register. A new `width` counts after two clocks without a step.",
     ),
     (
         "tail_counter",
@@ -248,24 +282,24 @@ Latency: none.",
         "DOG = min((|narrow - wide| + <HALF>) >> <DOG_SHIFT>, 2^<DOG_BITS> - 1), \
 and the sign of narrow - wide before rounding.
   step 1  distance = |narrow - wide|   step 2  rounded, saturated at 2^<DOG_BITS> - 1
-Latency: 2 steps.",
+Latency: <DIFFERENCE_STEPS> steps.",
     ),
     (
         "scale_pair",
         "One scale pair: DOG, the maxima of its 7x7 window split by raster order, and MaxDOG of 5x5.
-  step 2   response                          step 5   maxima of a column
-  step 8   ring (2 lines, 2 columns ago)     step 9   strict, loose and p of the centre (3 lines, 3 columns ago)
-  step 10  centre and its neighbours
-Latency: 2 steps to the response, 3 lines and 12 steps from a pixel's states to the operands of its decision.",
+  step <DIFFERENCE_STEPS>  response                          step <PAIR_COLUMNS>  maxima of a column
+  step <PAIR_RING>  ring (2 lines, 2 columns ago)     step <PAIR_WINDOW>  strict, loose and p of the centre (3 lines, 3 columns ago)
+The centre and its neighbours follow one step later.
+Latency: <DIFFERENCE_STEPS> steps to the response, 3 lines and <PAIR_DECIDED> steps from a pixel's states to the operands of its decision.",
     ),
     (
         "column_maximum",
         "Maxima over the rows of one column, v0 the newest: later = max(v0 .. v2), middle = v3, earlier = max(v4 ..
 v6), five = max(v0 .. v4).
   step 1  maxima of two   step 2  maxima of three   step 3  outputs
-Latency: 3 steps.",
+Latency: <COLUMN_MAXIMUM_STEPS> steps.",
     ),
-    ("maximum", "y = max(a, b).\nLatency: 1 step."),
+    ("maximum", "y = max(a, b).\nLatency: <MAXIMUM_STEPS> step."),
     (
         "eligible",
         "18 <= x < W - 18 and 18 <= y < H - 18: the ring of such a centre lies inside the frame.
@@ -307,14 +341,14 @@ Latency: none from `hit` to `keep`, 1 step to `withheld`.",
 The memory has <CANDIDATE_QUEUE> entries and there are two output registers. Candidates are dropped and \
 counted while the memory is
 full.
-Latency: 1 step from the position of the ring to `found` and `candidate`.",
+Latency: <QUEUE_STEPS> step from the position of the ring to `found` and `candidate`.",
     ),
     (
         "ring_taps",
         "The 32 points of a ring in parallel: o_i = round(R (cos, sin)(2 pi i / 32)), row by row from a line delay,
-then delayed by
-the column of each point; the points of one row share a delay chain. Its memories are read as in a delay: old words.
-Latency: 1 step for the rightmost point, 2 R + 1 for the leftmost.",
+then delayed by the column of each point; the points of one row share a delay chain.
+Its memories are read as in a delay: old words.
+Latency: <RING_REACH> - R steps for the rightmost point, <RING_REACH> + R for the leftmost.",
     ),
     ("ring_comparator", "maxlbp[i] = centre >= MaxDOG(o_i), sign[i] = sign(o_i), i = 0 .. 31.\nLatency: 1 step."),
     (
@@ -322,7 +356,7 @@ Latency: 1 step for the rightmost point, 2 R + 1 for the leftmost.",
         "Feature records of <RECORD_BITS> bits<PAIR_ORDER>, and the trailer that ends a frame: frame number, errors,
 count, dropped, withheld, thresholds.
   step 1  candidate waits   step 2  ring bits arrive   step 3  record of pair 0<RECORD_STEPS>
-Latency: 3 steps from `found` to `write`.",
+Latency: <WRITER_STEPS> steps from `found` to `write`.",
     ),
     (
         "record_fifo",
@@ -330,7 +364,7 @@ Latency: 3 steps from `found` to `write`.",
 `stall`: 3 or fewer are
 free, the datapath stalls.
 Without room features are dropped and counted; trailers never are.
-Latency: 3 clocks from `write` to `valid` when empty.",
+Latency: <FIFO_CLOCKS> clocks from `write` to `valid` when empty.",
     ),
     (
         "sequencer",
@@ -341,7 +375,7 @@ its last pixel.
   PAD    one step per clock, until the last pixel
 A frame of the same size begins at once, one of another size when the pipeline has drained. A skid buffer of two
 beats makes `ready` registered.
-Latency: 2 clocks from a beat to its step.",
+Latency: <SEQUENCER_CLOCKS> clocks from a beat to its step.",
     ),
     (
         "csr",

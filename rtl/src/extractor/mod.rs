@@ -2,18 +2,12 @@
 //!
 //! The build script says which smoothers each scale pair subtracts, because their number is the design's.
 //!
-//! | part | lines | steps |
-//! |---|---|---|
-//! | pixel delay before a smoother of look-ahead `m`, `M` the longest | `2^M - 2^m` | `12 (M - m) + 2^M - 2^m` |
-//! | smoother of look-ahead `m` | `2^m - 1` | `3 + 12 m + 2^m` |
-//! | difference | 0 | 2 |
-//! | decision at the centre of the 7x7 window | 3 | 11 |
-//! | MaxDOG to the ring | 2 | 8 |
-//! | ring complete at its centre | 18 | 24 |
+//! [`hoverlock_design::pipeline`] says how many lines and steps each part takes.
 
 pub mod scale_pair;
 pub mod smoothers;
 
+use hoverlock_design::pipeline::{DIFFERENCE_STEPS, RING_LINES, RING_STEPS, WINDOW_RADIUS, WINDOW_STEPS};
 use rust_hdl::prelude::*;
 
 use self::{scale_pair::ScalePair, smoothers::Smoothers};
@@ -136,17 +130,17 @@ impl Default for Extractor {
             upset: Default::default(),
             pixels: Delay::new(1),
             smoothers: Smoothers::default(),
-            response_start: FlagDelay::new(2),
+            response_start: FlagDelay::new(DIFFERENCE_STEPS as usize),
             response_cursor: Cursor::default(),
             scale_pair: Default::default(),
-            window_start: FrameDelay::new(3, 10),
+            window_start: FrameDelay::new(WINDOW_RADIUS, WINDOW_STEPS),
             window_cursor: Cursor::default(),
             eligible: Eligible::default(),
             decision: Default::default(),
             controller: Default::default(),
             record_limit: RecordLimit::default(),
             candidate: CandidateWord::default(),
-            ring_start: FrameDelay::new(15, 13),
+            ring_start: FrameDelay::new(RING_LINES - WINDOW_RADIUS, RING_STEPS - WINDOW_STEPS),
             ring_cursor: Cursor::default(),
             queue: CandidateQueue::default(),
             $($narrow_lines: LineDelay::new(&ring_lines($narrow_ring)),)*
@@ -186,7 +180,7 @@ impl Logic for Extractor {
         self.scale_pair[$k].reset.next = self.reset.val();
         self.scale_pair[$k].advance.next = self.advance.val();
         self.scale_pair[$k].address.next = self.smoothers.address.val();
-        self.scale_pair[$k].address_delayed_2.next = self.smoothers.address_delayed_2.val();
+        self.scale_pair[$k].registered_write_address.next = self.smoothers.registered_write_address.val();
         self.scale_pair[$k].narrow.next = self.smoothers.$narrow.val();
         self.scale_pair[$k].wide.next = self.smoothers.$wide.val();
         )*
@@ -283,14 +277,14 @@ impl Logic for Extractor {
         self.$narrow_lines.clock.next = self.clock.val();
         self.$narrow_lines.advance.next = self.advance.val();
         self.$narrow_lines.address.next = self.smoothers.address.val();
-        self.$narrow_lines.write_address.next = self.smoothers.address_delayed_1.val();
+        self.$narrow_lines.write_address.next = self.smoothers.write_address.val();
         self.$narrow_lines.x.next = self.scale_pair[$narrow_ring].ring.val();
         )*
         $(
         self.$ring_lines.clock.next = self.clock.val();
         self.$ring_lines.advance.next = self.advance.val();
         self.$ring_lines.address.next = self.smoothers.address.val();
-        self.$ring_lines.write_address.next = self.smoothers.address_delayed_1.val();
+        self.$ring_lines.write_address.next = self.smoothers.write_address.val();
         self.$ring_lines.x.next = self.scale_pair[$wide_ring].ring.val();
         self.$ring_rows.newest.next = self.scale_pair[$wide_ring].ring.val();
         self.$ring_rows.older.next = self.$ring_lines.y.val();

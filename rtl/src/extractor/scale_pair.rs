@@ -1,5 +1,6 @@
 //! One scale pair: `DOG`, its 7x7 window and `MaxDOG`.
 
+use hoverlock_design::pipeline::{MAX_DOG_RADIUS, MAX_DOG_STEPS, WINDOW_RADIUS, WINDOW_STEPS, window_maximum_steps};
 use rust_hdl::prelude::*;
 
 use crate::cells::{
@@ -13,6 +14,13 @@ use crate::cells::{
 };
 use crate::design::{DOG_BITS, PARITY, SIGNED_BITS, WINDOW_BITS};
 
+/// Samples of a row of the window.
+const WINDOW: usize = 2 * WINDOW_RADIUS as usize + 1;
+
+/// Steps by which the maximum of a half row is earlier than that of a whole one.
+const SAME_ROW_WAITS: usize =
+    (window_maximum_steps(2 * WINDOW_RADIUS + 1) - window_maximum_steps(WINDOW_RADIUS)) as usize;
+
 /// Difference, 7x7 window and MaxDOG of one scale pair.
 #[derive(LogicBlock)]
 pub struct ScalePair {
@@ -24,8 +32,8 @@ pub struct ScalePair {
     pub advance: Signal<In, Bit>,
     /// Line memory address: the number of steps modulo `W`.
     pub address: Signal<In, Address>,
-    /// The address two steps ago.
-    pub address_delayed_2: Signal<In, Address>,
+    /// Where a line memory with a register behind it is written.
+    pub registered_write_address: Signal<In, Address>,
     /// Sample of the narrower smoother.
     pub narrow: Signal<In, State>,
     /// Sample of the wider smoother.
@@ -77,7 +85,7 @@ impl Default for ScalePair {
             reset: Signal::default(),
             advance: Signal::default(),
             address: Signal::default(),
-            address_delayed_2: Signal::default(),
+            registered_write_address: Signal::default(),
             narrow: Signal::default(),
             wide: Signal::default(),
             response: Signal::default(),
@@ -93,21 +101,21 @@ impl Default for ScalePair {
             signed_response: SignedResponse::default(),
             lines: LineDelay::registered(&[1, 2, 3, 4, 5, 6]),
             column: ColumnMaximum::default(),
-            later: WindowMaximum::new(7),
-            earlier: WindowMaximum::new(7),
-            same_row: WindowMaximum::new(3),
-            max_dog: WindowMaximum::new(5),
-            preceding: Delay::new(5),
-            following: Delay::new(1),
+            later: WindowMaximum::new(WINDOW),
+            earlier: WindowMaximum::new(WINDOW),
+            same_row: WindowMaximum::new(WINDOW_RADIUS as usize),
+            max_dog: WindowMaximum::new(2 * MAX_DOG_RADIUS as usize + 1),
+            preceding: Delay::new(SAME_ROW_WAITS + WINDOW_RADIUS as usize + 1),
+            following: Delay::new(SAME_ROW_WAITS),
             strict_maximum: Maximum::default(),
             loose_maximum: Maximum::default(),
-            right: Delay::new(10),
+            right: Delay::new(WINDOW_STEPS as usize),
             middle: Delay::new(1),
             left: Delay::new(1),
-            upper: Delay::new(11),
-            lower: Delay::new(11),
+            upper: Delay::new(WINDOW_STEPS as usize + 1),
+            lower: Delay::new(WINDOW_STEPS as usize + 1),
             around: Neighbours::default(),
-            sign: FlagDelay::new(8),
+            sign: FlagDelay::new(MAX_DOG_STEPS as usize),
             ring_sample: SignedResponse::default(),
         }
     }
@@ -130,7 +138,7 @@ impl Logic for ScalePair {
         self.lines.clock.next = self.clock.val();
         self.lines.advance.next = self.advance.val();
         self.lines.address.next = self.address.val();
-        self.lines.write_address.next = self.address_delayed_2.val();
+        self.lines.write_address.next = self.registered_write_address.val();
         self.lines.x.next = self.signed_response.y.val();
         self.column.clock.next = self.clock.val();
         self.column.advance.next = self.advance.val();

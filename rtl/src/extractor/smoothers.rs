@@ -5,6 +5,7 @@
 //!
 //! The build script writes this module, because the look-ahead decides which rows and delays there are.
 
+use hoverlock_design::pipeline::{CELL_STEPS, LERP_STEPS};
 use rust_hdl::prelude::*;
 
 use crate::{
@@ -22,7 +23,7 @@ use crate::{
     },
     design::{PARITY, PIXEL_BITS, PIXEL_ROW_1_AT, PIXEL_ROW_2_AT, PIXEL_ROW_3_AT},
     smoother::{
-        CELL_STEPS, smoother,
+        smoother,
         stages::{ColumnLookAhead, RowLookAhead, RowLookBack},
     },
 };

@@ -2,13 +2,13 @@
 //! `s[r] = s[r-1] + g (u[r] - s[r-1])` down the columns, then `m` row look-back stages and `m` row look-ahead stages.
 //! Every cell is a lerp.
 //!
-//! | part | steps | lines |
+//! | part | steps, of [`hoverlock_design::pipeline`] | lines |
 //! |---|---|---|
-//! | `first_stage`, `second_stage`: `column_look_ahead_j`, `j = m-1, m-2` | 7 | 0 |
-//! | `column_look_ahead_j`, `j = m-3 .. 0` | 4 | `2^j` |
-//! | `recursion` | 4 | 0 |
-//! | `row_look_back_j` | 4 | 0 |
-//! | `row_look_ahead_j` | `4 + 2^j` | 0 |
+//! | `first_stage`, `second_stage`: `column_look_ahead_j`, `j = m-1, m-2` | `TREE_STEPS` | 0 |
+//! | `column_look_ahead_j`, `j = m-3 .. 0` | `CELL_STEPS` | `2^j` |
+//! | `recursion` | `CELL_STEPS` | 0 |
+//! | `row_look_back_j` | `CELL_STEPS` | 0 |
+//! | `row_look_ahead_j` | `CELL_STEPS + 2^j` | 0 |
 //!
 //! The first two stages see pixels: rows `r`, `r + q`, `r + 2 q` and `r + 3 q`, `q = 2^(m-2)`, come in together, so two
 //! cells of the first stage replace the line memory of the second. All line memories of the column stages are one
@@ -17,22 +17,6 @@
 //! lerp.
 
 pub mod stages;
-
-/// Steps of one cell with its border.
-pub const CELL_STEPS: u64 = 4;
-
-/// Steps of the first two column stages with the border of their rows.
-pub const TREE_STEPS: u64 = CELL_STEPS + 3;
-
-/// Steps of a smoother in addition to its lines.
-pub const fn steps(look_ahead: u64) -> u64 {
-    TREE_STEPS + CELL_STEPS * (look_ahead - 1) + row_steps(look_ahead)
-}
-
-/// Steps of the row stages of a smoother.
-pub const fn row_steps(look_ahead: u64) -> u64 {
-    2 * CELL_STEPS * look_ahead + (1 << look_ahead) - 1
-}
 
 // An index of an array, `[M - 1]`, is printed by its name, so each length has a type of its own and not a const
 // generic. `$stages` is `m - 2`.
@@ -49,8 +33,8 @@ macro_rules! smoother {
             pub advance: Signal<In, Bit>,
             /// Line memory address: the number of steps modulo `W`.
             pub address: Signal<In, Address>,
-            /// The address five steps ago.
-            pub address_delayed_5: Signal<In, Address>,
+            /// Where the memory of the recursion is written.
+            pub recursion_write_address: Signal<In, Address>,
             /// Pixels of rows `r`, `r + q`, `r + 2 q` and `r + 3 q` of a column, the first lowest.
             pub rows: Signal<In, PixelRows>,
             /// Marker: the first stage loads its coefficient.
@@ -111,7 +95,7 @@ macro_rules! smoother {
                     reset: Signal::default(),
                     advance: Signal::default(),
                     address: Signal::default(),
-                    address_delayed_5: Signal::default(),
+                    recursion_write_address: Signal::default(),
                     rows: Signal::default(),
                     rows_load: Signal::default(),
                     delayed: std::array::from_fn(|_| Signal::default()),
@@ -132,7 +116,7 @@ macro_rules! smoother {
                     pixel_state: Default::default(),
                     first_coefficient: CoefficientRegister::default(),
                     first_stage: Default::default(),
-                    second_load: FlagDelay::new(3),
+                    second_load: FlagDelay::new(LERP_STEPS as usize),
                     second_coefficient: CoefficientRegister::default(),
                     second_stage: Lerp::default(),
                     column_look_ahead: std::array::from_fn(|_| ColumnLookAhead::default()),
@@ -144,7 +128,7 @@ macro_rules! smoother {
                     row_look_back: std::array::from_fn(|stage| RowLookBack::new(stage as u32)),
                     row_end: PulseDelay::new(CELL_STEPS * $m as u64),
                     row_look_ahead: std::array::from_fn(|stage| RowLookAhead::new(stage as u32)),
-                    row_start: FlagDelay::new(2),
+                    row_start: FlagDelay::new(LERP_STEPS as usize - 1),
                 }
             }
         }
@@ -218,7 +202,7 @@ macro_rules! smoother {
                 self.recursion_memory.clock.next = self.clock.val();
                 self.recursion_memory.advance.next = self.advance.val();
                 self.recursion_memory.address.next = self.address.val();
-                self.recursion_memory.write_address.next = self.address_delayed_5.val();
+                self.recursion_memory.write_address.next = self.recursion_write_address.val();
                 self.recursion_memory.x.next = self.recursion.y.val();
 
                 self.recursion_border.clock.next = self.clock.val();

@@ -1,9 +1,9 @@
 //! The stages `column_look_ahead`, `row_look_back` and `row_look_ahead`: border, lerp and the coefficient of the frame,
 //! along the rows with the delay. Stage `j` of a row is the module with `DISTANCE = 2^j`.
 
+use hoverlock_design::pipeline::CELL_STEPS;
 use rust_hdl::prelude::*;
 
-use super::CELL_STEPS;
 use crate::cells::{
     Coefficient, STATE_BITS, State,
     border::{CoefficientRegister, ColumnBorder, RowLookAheadBorder, RowLookBackBorder},
@@ -225,8 +225,8 @@ impl Logic for RowLookAhead {
         comment!("module: row_look_ahead DISTANCE=sample_delay.STEPS");
         comment!("parameter: sample_delay.STEPS=DISTANCE");
         comment!("parameter: border.DISTANCE=DISTANCE");
-        comment!("parameter: last_delay.STEPS=DISTANCE + 4");
-        comment!("parameter: load_delay.STEPS=DISTANCE + 4");
+        comment!("parameter: last_delay.STEPS=DISTANCE + CELL_STEPS");
+        comment!("parameter: load_delay.STEPS=DISTANCE + CELL_STEPS");
         self.sample_delay.clock.next = self.clock.val();
         self.sample_delay.reset.next = self.reset.val();
         self.sample_delay.advance.next = self.advance.val();

@@ -11,7 +11,7 @@ pub mod scenarios;
 
 use std::{cell::RefCell, collections::VecDeque, fmt, rc::Rc, time::Instant};
 
-use hoverlock_design::{DesignPoint, SHIPPED};
+use hoverlock_design::{DesignPoint, SHIPPED, pipeline};
 use hoverlock_fixed_point::model::bit_true::{BitTrue, Planes};
 use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_fixed_point::model::record::FeatureRecord;
@@ -24,7 +24,6 @@ use hoverlock_reference::image::plane::Plane;
 use hoverlock_registers::record::{FLAG_TEN_WORDS, FLAG_TRAILER, RECORD_WORDS, default_limit, record_words};
 use hoverlock_rtl::emission::files_of;
 use hoverlock_rtl::registers::default_coefficients;
-use hoverlock_rtl::smoother::steps;
 use hoverlock_simulation::{Simulator, Top, Trace, simulation};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -537,13 +536,11 @@ pub fn threshold_words(addresses: [u32; 2], thresholds: &[u32]) -> impl Iterator
     addresses.into_iter().zip(halves(thresholds)).take(thresholds.len().div_ceil(2))
 }
 
-/// Cycles from the smoothed sample to the trailer on the port.
-const BEHIND_THE_SMOOTHERS: u64 = 33;
-
 /// From a frame's last beat to its trailer on the port without a pause: lines, and cycles besides.
 pub fn latency(design: &DesignPoint) -> (u64, u64) {
-    let longest = design.look_ahead.iter().copied().max().unwrap_or_default();
-    ((1 << longest) - 1 + 18, steps(longest.into()) + BEHIND_THE_SMOOTHERS)
+    let longest = u64::from(design.look_ahead.iter().copied().max().unwrap_or_default());
+    let steps = pipeline::ring_at(longest) + pipeline::TRAILER_STEPS;
+    (pipeline::lines(longest) + pipeline::RING_LINES, pipeline::SEQUENCER_CLOCKS + steps + pipeline::FIFO_CLOCKS)
 }
 
 /// Runs a check on each shipped design but the default. Returns what it found, with the name of the design.

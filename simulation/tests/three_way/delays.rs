@@ -225,7 +225,7 @@ pub fn lines_and_addresses() {
         "address_counter",
         1500,
         [reset, advance, width],
-        [address, delayed_1, delayed_2, delayed_5],
+        [address, write_address, registered_write_address, recursion_write_address],
         |cell: &mut AddressCounter, cycle, draw: &mut ChaCha8Rng| {
             resets!(cell, cycle, draw);
             cell.width.next = if cycle < 700 { 100u64 } else { 64 }.into();

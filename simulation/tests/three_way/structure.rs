@@ -5,7 +5,7 @@
 
 use std::cell::Cell;
 
-use hoverlock_design::KT27;
+use hoverlock_design::{KT27, pipeline::CELL_STEPS};
 use hoverlock_fixed_point::model::bit_true::BitTrue;
 use hoverlock_fixed_point::model::lerp::lerp;
 use hoverlock_reference::features::maxlbp::{Layer as Responses, Ring};
@@ -27,6 +27,9 @@ use super::{Check, Word, bench_port, instance, is_driven, random};
 pub const MODULES: [&str; 6] =
     ["column_look_ahead", "row_look_back(2)", "row_look_ahead(2)", "smoothers", "scale_pair", "hoverlock_core"];
 
+/// Steps from the sample of a stage to its result, which is seen after the edge.
+const LATE: usize = CELL_STEPS as usize - 1;
+
 /// All checks of what is built of cells.
 pub const CHECKS: [Check; 5] = [
     ("row_stages", row_stages),
@@ -41,7 +44,7 @@ pub fn row_stages() {
     const REACH: usize = 2;
     const WIDTH: usize = 41;
     let g = 47_101u64;
-    // Samples of all rows in the order they came; the stage's pipeline is four steps long.
+    // Samples of all rows in the order they came.
     let (mut sent, mut given): (Vec<u32>, Vec<u32>) = (Vec::new(), Vec::new());
     alike!(
         RowLookBack::new(1),
@@ -66,9 +69,9 @@ pub fn row_stages() {
         }
     );
     // The coefficient is taken with the first sample.
-    for n in 0..given.len().saturating_sub(3) {
+    for n in 0..given.len().saturating_sub(LATE) {
         let (row, c) = (n / WIDTH * WIDTH, n % WIDTH);
-        assert_eq!(given[n + 3], lerp(sent[row + c.saturating_sub(REACH)], sent[n], g as u32, 16), "sample {n}");
+        assert_eq!(given[n + LATE], lerp(sent[row + c.saturating_sub(REACH)], sent[n], g as u32, 16), "sample {n}");
     }
     let (mut sent, mut given): (Vec<u32>, Vec<u32>) = (Vec::new(), Vec::new());
     alike!(
@@ -94,10 +97,10 @@ pub fn row_stages() {
         }
     );
     // The coefficient follows its marker; the first row is before it.
-    for n in WIDTH..given.len().saturating_sub(3 + REACH) {
+    for n in WIDTH..given.len().saturating_sub(LATE + REACH) {
         let (row, c) = (n / WIDTH * WIDTH, n % WIDTH);
         let expected = lerp(sent[row + (c + REACH).min(WIDTH - 1)], sent[n], g as u32, 16);
-        assert_eq!(given[n + 3 + REACH], expected, "sample {n}");
+        assert_eq!(given[n + LATE + REACH], expected, "sample {n}");
     }
 }
 
@@ -127,9 +130,9 @@ pub fn column_look_ahead() {
             }
         }
     );
-    for n in 0..given.len().saturating_sub(3) {
+    for n in 0..given.len().saturating_sub(LATE) {
         let (p, q) = sent[n];
-        assert_eq!(given[n + 3], lerp(p, q, g as u32, 16), "step {n}");
+        assert_eq!(given[n + LATE], lerp(p, q, g as u32, 16), "step {n}");
     }
 }
 
@@ -160,7 +163,7 @@ pub fn smoothers() {
         "smoothers",
         4096 + 65 * 64 + 200,
         [reset, advance, width, height, start, pixel, frame_bank],
-        [window_bank, address, address_delayed_1, address_delayed_2, narrow, middle, wide, start_out],
+        [window_bank, address, write_address, registered_write_address, narrow, middle, wide, start_out],
         |cell: &mut Smoothers, cycle, draw: &mut ChaCha8Rng| {
             cell.reset.next = cycle < 8;
             cell.advance.next = cycle >= 8 && draw.random_ratio(39, 40);
@@ -209,14 +212,14 @@ pub fn scale_pair() {
         ScalePair::default(),
         "scale_pair",
         64 * HEIGHT + 60,
-        [reset, advance, address, address_delayed_2, narrow, wide],
+        [reset, advance, address, registered_write_address, narrow, wide],
         [response, saturated, strict, loose, p, centre, neighbours, ring],
         |cell: &mut ScalePair, cycle, draw: &mut ChaCha8Rng| {
             let step = steps.get();
             cell.reset.next = cycle < 2;
             cell.advance.next = cycle >= 2 && draw.random_ratio(39, 40);
             cell.address.next = (step as u64 % 64).into();
-            cell.address_delayed_2.next = ((step as u64 + 62) % 64).into();
+            cell.registered_write_address.next = ((step as u64 + 62) % 64).into();
             let at = step.min(64 * HEIGHT - 1);
             cell.narrow.next = u64::from(narrow.as_slice()[at]).into();
             cell.wide.next = u64::from(wide.as_slice()[at]).into();
