@@ -112,8 +112,8 @@ pub const fn smoothed_at(look_ahead: u64) -> u64 {
     1 + smoother_steps(look_ahead)
 }
 
-/// Returns the steps from a pixel to the position of its complete ring, in addition to [`lines`] and [`RING_LINES`], the
-/// longest look-ahead `m` given. Its record is [`RECORD_STEPS`] later, after the last pixel of a frame the trailer
+/// Returns the steps from a pixel to the position of its complete ring, in addition to [`lines`] and [`RING_LINES`],
+/// the longest look-ahead `m` given. Its record is [`RECORD_STEPS`] later, after the last pixel of a frame the trailer
 /// [`TRAILER_STEPS`] later.
 pub const fn ring_at(look_ahead: u64) -> u64 {
     smoothed_at(look_ahead) + DIFFERENCE_STEPS + RING_STEPS

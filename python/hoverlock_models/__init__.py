@@ -8,9 +8,10 @@ The bench itself is the package `hoverlock`, which knows nothing of this algorit
 
 from __future__ import annotations
 
-from .bit_true import FEATURE, Planes, design_point, emission, features, planes, records
+from .bit_true import FEATURE, FEATURE_OF_THREE_PAIRS, Planes, design_point, emission, features, planes, records
 from .smoothers import Coefficients, coefficients, look_ahead
 
 __all__ = [
-    "FEATURE", "Coefficients", "Planes", "coefficients", "design_point", "emission", "features", "look_ahead", "planes", "records",
+    "FEATURE", "FEATURE_OF_THREE_PAIRS", "Coefficients", "Planes", "coefficients", "design_point", "emission", "features",
+    "look_ahead", "planes", "records",
 ]  # fmt: skip

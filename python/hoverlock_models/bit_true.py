@@ -1,11 +1,13 @@
 """The bit-true model on numpy arrays.
 
-Units: a pixel is in DN (digital number: one step of the 16-bit camera sample). A smoothed sample is in LSB of the state,
+Units: a pixel is a sample of the camera, 0 to ``2**P - 1`` for ``P`` bits; at the default design point ``P`` is 16, and a
+sample is in DN (digital number: one step of a 16-bit sample). A smoothed sample is in LSB of the state,
 1/4 DN at the default design point; a DoG (difference of Gaussians) is in LSB of the DoG, 1/2 DN at the default design point.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import TypedDict
 
@@ -14,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._native import BitTrue, emission_value
 
-__all__ = ["FEATURE", "Planes", "design_point", "emission", "features", "planes", "records"]
+__all__ = ["FEATURE", "FEATURE_OF_THREE_PAIRS", "Planes", "design_point", "emission", "features", "planes", "records"]
 
 FEATURE = np.dtype([
     ("x", "<u2"),
@@ -28,6 +30,12 @@ FEATURE = np.dtype([
 
 ``x`` and ``y`` are in pixels; ``response`` and ``neighbours`` (left, right, upper, lower) in LSB of the DoG. Bit 0 of ``flags``
 is the scale, bit 1 the polarity. ``descriptor`` has MaxLBP of both scales, then their signs."""
+
+FEATURE_OF_THREE_PAIRS = np.dtype([*((name, FEATURE[name]) for name in FEATURE.names), ("third", "<u4", (2,))])
+"""The 320 bits of a record in designs of three scale pairs: bit 2 of ``flags`` is the third scale, ``third`` has MaxLBP and
+signs of the third pair."""
+
+_RECORDS = {8: FEATURE, 10: FEATURE_OF_THREE_PAIRS}
 
 
 class Planes(TypedDict):
@@ -107,37 +115,36 @@ def emission() -> int:
 
 
 def features(
-    frame: ArrayLike, thresholds: tuple[int, int] | None = None, *, design_point: str | None = None
+    frame: ArrayLike, thresholds: Sequence[int] | None = None, *, design_point: str | None = None
 ) -> NDArray[np.void]:
     """Returns all features of a frame, in the order in which the hardware sends them.
 
     Parameters
     ----------
     frame : array_like of integers, shape (height, width)
-        Pixels in DN, from 0 to 65535.
-    thresholds : tuple of two int, optional
-        The smallest response of a feature at scale 0 and at scale 1, in LSB of the DoG. Default: the thresholds of the
-        hardware at the first frame.
+        Samples of the camera, 0 to ``2**P - 1`` for the ``P`` bits of the design: 0 to 65535 at the default one.
+    thresholds : sequence of int, optional
+        The smallest response of a feature at each scale pair, in LSB of the DoG. Default: the thresholds of the hardware
+        at the first frame.
     design_point : str, optional
         TOML text with the values that differ from the default design point.
 
     Returns
     -------
-    ndarray of dtype ``FEATURE``, shape (features,)
+    ndarray of dtype ``FEATURE``, shape (features,); ``FEATURE_OF_THREE_PAIRS`` with a design of three scale pairs
 
     Raises
     ------
     ValueError
-        If the frame does not have two dimensions of at least one pixel, has values other than integers from 0 to 65535,
-        or if the design point is invalid.
+        If the frame does not have two dimensions of at least one pixel, has values that the design's camera cannot send,
+        with another number of thresholds than the design has scale pairs, or if the design point is invalid.
 
     >>> found = models.features(frame, (200, 150))
     >>> found["x"], found["response"], found["flags"] & 1
     """
     model = _model(design_point)
-    first, second = model.initial_thresholds if thresholds is None else thresholds
-    packed = model.features(_pixels(frame), (int(first), int(second)))
-    return np.ascontiguousarray(packed).view(FEATURE).reshape(-1)
+    given = model.initial_thresholds if thresholds is None else thresholds
+    return records(model.features(_pixels(frame), [int(threshold) for threshold in given]))
 
 
 def records(words: ArrayLike) -> NDArray[np.void]:
@@ -145,25 +152,25 @@ def records(words: ArrayLike) -> NDArray[np.void]:
 
     Parameters
     ----------
-    words : array_like of uint32, shape (records, 8)
-        Eight 32-bit words for each record, the lowest word first.
+    words : array_like of uint32, shape (records, 8) or (records, 10)
+        The 32-bit words of each record, the lowest word first: ten in designs of three scale pairs.
 
     Returns
     -------
-    ndarray of dtype ``FEATURE``, shape (records,)
+    ndarray of dtype ``FEATURE``, shape (records,); ``FEATURE_OF_THREE_PAIRS`` of ten words
 
     Raises
     ------
     ValueError
-        If the array does not have two dimensions, the second of length 8.
+        If the array does not have two dimensions, the second of length 8 or 10.
 
     >>> *found, trailer = models.records(session.transfer(frame, "video_", "feature_", packet=frame.size, packets=1))
     >>> assert np.array_equal(found, models.features(frame, thresholds))
     """
     array = np.ascontiguousarray(words, dtype="<u4")
-    if array.ndim != 2 or array.shape[1] != 8:
-        raise ValueError(f"a record has 8 words of 32 bits: the shape is (records, 8), not {array.shape}")
-    return array.view(FEATURE).reshape(-1)
+    if array.ndim != 2 or array.shape[1] not in _RECORDS:
+        raise ValueError(f"a record has 8 or 10 words of 32 bits: the shape is (records, 8) or (records, 10), not {array.shape}")
+    return array.view(_RECORDS[array.shape[1]]).reshape(-1)
 
 
 def planes(frame: ArrayLike, *, design_point: str | None = None) -> Planes:
@@ -172,7 +179,7 @@ def planes(frame: ArrayLike, *, design_point: str | None = None) -> Planes:
     Parameters
     ----------
     frame : array_like of integers, shape (height, width)
-        Pixels in DN, from 0 to 65535.
+        Samples of the camera, 0 to ``2**P - 1`` for the ``P`` bits of the design: 0 to 65535 at the default one.
     design_point : str, optional
         TOML text with the values that differ from the default design point.
 

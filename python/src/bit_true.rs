@@ -20,12 +20,22 @@ pub struct BitTrue {
     model: Mutex<SimdBitTrue>,
 }
 
-fn plane_of(frame: &PyReadonlyArray2<'_, u16>) -> PyResult<Plane<u16>> {
+/// Returns the frame as a plane of samples that the design's camera can send.
+fn plane_of(frame: &PyReadonlyArray2<'_, u16>, design: &DesignPoint) -> PyResult<Plane<u16>> {
     let (height, width) = (frame.shape()[0], frame.shape()[1]);
     if height == 0 || width == 0 {
         return Err(PyValueError::new_err(format!("a frame of {width} x {height} pixels")));
     }
-    let samples = frame.as_array().iter().copied().collect();
+    let (bits, largest) = (design.pixel.bits(), design.pixel.max_raw());
+    let samples: Vec<u16> = frame.as_array().iter().copied().collect();
+    if let Some(at) = samples.iter().position(|sample| i64::from(*sample) > largest) {
+        let (x, y, sample) = (at % width, at / width, samples[at]);
+        return Err(PyValueError::new_err(format!(
+            "the pixel at ({x}, {y}) is {sample}: those of this design have {bits} bits, 0 to {largest}; a 16-bit \
+             sample v is v >> {}",
+            16 - bits
+        )));
+    }
     Plane::from_vec(width, height, samples).map_err(value_error)
 }
 
@@ -72,7 +82,11 @@ impl BitTrue {
         frame: PyReadonlyArray2<'py, u16>,
         thresholds: Vec<u32>,
     ) -> PyResult<Bound<'py, PyArray2<u32>>> {
-        let pixels = plane_of(&frame)?;
+        let pixels = plane_of(&frame, &self.design_point)?;
+        let (pairs, given) = (self.design_point.pairs(), thresholds.len());
+        if given != pairs {
+            return Err(PyValueError::new_err(format!("{given} thresholds for a design of {pairs} scale pairs")));
+        }
         let mut model = self.model.lock().unwrap_or_else(PoisonError::into_inner);
         let each = if self.design_point.pairs() > 2 { RECORD_WORDS } else { TWO_PAIR_WORDS };
         let records = model.frame(&pixels, &thresholds).iter();
@@ -83,7 +97,7 @@ impl BitTrue {
 
     /// Returns all planes of a frame by name: see `hoverlock_models.Planes`.
     fn planes<'py>(&self, py: Python<'py>, frame: PyReadonlyArray2<'py, u16>) -> PyResult<Bound<'py, PyDict>> {
-        let pixels = plane_of(&frame)?;
+        let pixels = plane_of(&frame, &self.design_point)?;
         let mut model = self.model.lock().unwrap_or_else(PoisonError::into_inner);
         model.frame(&pixels, &[]);
         let planes = model.planes();

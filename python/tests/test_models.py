@@ -1,5 +1,7 @@
 """The bit-true model on numpy arrays, against its equations written again in numpy."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -88,4 +90,23 @@ def test_wrong_frames_are_refused():
         with pytest.raises(ValueError):
             models.features(wrong)
     assert len(models.features(np.full((40, 40), 1000, np.uint16))) == 0
+    small = (Path(__file__).parents[2] / "designs/small.toml").read_text()
+    frame = np.full((40, 40), 255, np.uint16)
+    assert len(models.features(frame, design_point=small)) == 0
+    frame[3, 7] = 256
+    for extract in (models.features, models.planes):
+        with pytest.raises(ValueError, match=r"the pixel at \(7, 3\) is 256: .* 8 bits, 0 to 255; a 16-bit sample v is v >> 8"):
+            extract(frame, design_point=small)
+    with pytest.raises(ValueError, match="1 thresholds for a design of 2 scale pairs"):
+        models.features(frame, (40,))
+
+
+def test_three_scale_pairs_have_records_of_ten_words():
+    design = (Path(__file__).parents[2] / "designs/three_scales.toml").read_text()
+    frame = np.random.default_rng(5).integers(0, 4096, (80, 90), dtype=np.uint16)
+    found = models.features(frame, (20, 20, 20), design_point=design)
+    third = found[found["flags"] & 4 != 0]
+    planes = models.planes(frame, design_point=design)
+    assert found.dtype == models.FEATURE_OF_THREE_PAIRS and len(third) > 2
+    assert np.array_equal(third["response"], planes["dog2"][third["y"], third["x"]])
     assert "sigma" in models.design_point()

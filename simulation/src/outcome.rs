@@ -83,8 +83,8 @@ pub struct Outcome {
     /// Lines from a frame's first pixel to its first smoothed sample, with the rest in pixels as a fraction; `None`
     /// if source or sink pause.
     pub latency_lines: Option<f64>,
-    /// Lines from a feature's own pixel at the input to its record at the FIFO, the least of all: a second scale pair at
-    /// the same pixel comes later, and so do frames that wait for their size. `None` if source or sink pause.
+    /// Lines from a feature's own pixel at the input to its record at the FIFO, the least of all: a second scale pair
+    /// at the same pixel comes later, and so do frames that wait for their size. `None` if source or sink pause.
     pub feature_latency_lines: Option<f64>,
     /// The result of each frame.
     pub frames: Vec<FrameOutcome>,

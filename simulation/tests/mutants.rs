@@ -1,8 +1,9 @@
 //! Faults put into the emitted Verilog must be found, and the report must point at their stage.
 //!
-//! `MUTANTS=300 MUTANTS_REPORT=rtl/MUTANTS.md cargo test -p hoverlock-simulation --test mutants -- --ignored
-//! --nocapture` puts in as many and writes the table that is committed; without the variables it is a sample. Further
-//! tests do the same to the other shipped designs, in the modules whose text is not that of the default design.
+//! `MUTANTS=300 MUTANTS_REPORT=rtl/MUTANTS.md cargo test -p hoverlock-simulation --test mutants
+//! mutants_do_not_survive -- --ignored --nocapture` puts in as many and writes the table that is committed; without the
+//! variables it is a sample. Further tests do the same to the other shipped designs, in the modules whose text is not
+//! that of the default design.
 
 mod corner;
 mod harmless;
@@ -318,7 +319,7 @@ fn report(verdicts: &[Verdict], all: usize, seed: u64) -> String {
         "# Mutation test of the Verilog\n\n{} faults of {all} possible ones, seed {seed}, at least one in every \
          module: {killed} found, {} harmless. No report named a stage before the fault's own.\n\nMade by\n\n```\n\
          MUTANTS={} MUTANTS_SEED={seed} MUTANTS_REPORT=rtl/MUTANTS.md \
-         cargo test -p hoverlock-simulation --test mutants -- --ignored --nocapture\n```\n\n",
+         cargo test -p hoverlock-simulation --test mutants mutants_do_not_survive -- --ignored --nocapture\n```\n\n",
         verdicts.len(),
         verdicts.len() - killed,
         verdicts.len()

@@ -1,6 +1,7 @@
 //! The comment above each emitted module without a file of its own: purpose, equation, pipeline, latency.
 //!
-//! `{m}` is the look-ahead in a smoother's name, `{m-1}` one less. `<NAME>` is a number of the design or of the pipeline.
+//! `{m}` is the look-ahead in a smoother's name, `{m-1}` one less. `<NAME>` is a number of the design or of the
+//! pipeline.
 
 use crate::design::{
     CANDIDATE_QUEUE, COEFFICIENT_BITS, COEFFICIENTS, DOG_BITS, DOG_SHIFT, LOOK_AHEAD, MAX_LOOK_AHEAD, MAX_WIDTH,
@@ -163,7 +164,8 @@ Latency: <SEQUENCER_CLOCKS> clocks in the sequencer, <RING_LINES> lines and <REC
   <LINES>            <SMOOTHED_AT>   smoothed states
   <LINES>            <RESPONSE_AT>   response DOG and its sign, <ALL_PAIRS>
   <RING_SAMPLE_LINES>            <RING_SAMPLE_AT>   MaxDOG and sign, input of the ring's line memories
-  <WINDOW_LINES>            <WINDOW_AT>   operands of the decision at the centre of the 7x7 window; candidates enter the queue
+  <WINDOW_LINES>            <WINDOW_AT>   operands of the decision at the centre of the 7x7 window; \
+candidates enter the queue
   <RING_LINES>            <RING_AT>   position of the candidate, whose ring is complete one step later
   <RING_LINES>            <RECORD_AT>   its record
 Latency: <RING_LINES> lines and <RECORD_AT> steps from a pixel to the record at `record`.",
@@ -181,7 +183,8 @@ Latency: <LINES> lines and <STEPS> steps from `pixel` to <SMOOTHED>.",
         "smoother_",
         "One two-sided first-order smoother of look-ahead m = {m}; every cell is a lerp, y = p + g (q - p).
   first_stage, second_stage   column_look_ahead_j, j = {m-1}, {m-2}, on pixels of four rows   <TREE_STEPS> steps
-  column_look_ahead_j   u[r] = lerp(p = u[min(r + 2^j, H-1)], q = u[r], g_j)   2^j lines and <CELL_STEPS> steps, j = m-3 .. 0
+  column_look_ahead_j   u[r] = lerp(p = u[min(r + 2^j, H-1)], q = u[r], g_j)   \
+2^j lines and <CELL_STEPS> steps, j = m-3 .. 0
   recursion             s[r] = lerp(p = s[r-1], q = u[r], g)                          <CELL_STEPS> steps
   row_look_back_j       u[c] = lerp(p = u[max(c - 2^j, 0)], q = u[c], g_j)            <CELL_STEPS> steps
   row_look_ahead_j      u[c] = lerp(p = u[min(c + 2^j, W-1)], q = u[c], g_j)    2^j + <CELL_STEPS> steps
@@ -288,9 +291,11 @@ Latency: <DIFFERENCE_STEPS> steps.",
         "scale_pair",
         "One scale pair: DOG, the maxima of its 7x7 window split by raster order, and MaxDOG of 5x5.
   step <DIFFERENCE_STEPS>  response                          step <PAIR_COLUMNS>  maxima of a column
-  step <PAIR_RING>  ring (2 lines, 2 columns ago)     step <PAIR_WINDOW>  strict, loose and p of the centre (3 lines, 3 columns ago)
+  step <PAIR_RING>  ring (2 lines, 2 columns ago)     step <PAIR_WINDOW>  \
+strict, loose and p of the centre (3 lines, 3 columns ago)
 The centre and its neighbours follow one step later.
-Latency: <DIFFERENCE_STEPS> steps to the response, 3 lines and <PAIR_DECIDED> steps from a pixel's states to the operands of its decision.",
+Latency: <DIFFERENCE_STEPS> steps to the response, 3 lines and <PAIR_DECIDED> steps from a pixel's states to the \
+operands of its decision.",
     ),
     (
         "column_maximum",
