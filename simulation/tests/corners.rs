@@ -58,6 +58,7 @@ const FAULTS: &[Fault] = &[
         "strays",
     ),
     ("sequencer", "ignoring <= «~is_end»;", "1'b1", "strays"),
+    ("sequencer", "state    <= IDLE;\n    ignoring <= «1'b0»;", "ignoring", "strays"),
     ("sequencer", "wire steady  = «committed == committed_delayed»;", "1'b1", "commit"),
     ("hoverlock_core", ".load(«sequencer_capture & committed»)", "sequencer_capture", "commit"),
     ("csr", "wire disturbs = «write»", "1'b0", "commit"),

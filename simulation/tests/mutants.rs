@@ -181,6 +181,9 @@ fn checks(simulator: &Simulator, jobs: &[Job], further: &[(&str, Vec<Job>)], mod
     further.iter().find_map(|(name, jobs)| chain(name, jobs, 0.0))
 }
 
+/// The check that reads the files instead of running them.
+const LINTER: &str = "Verilator";
+
 struct Verdict {
     mutant: Mutant,
     found: Option<(String, String)>,
@@ -258,6 +261,7 @@ fn survivors(design: &DesignPoint, name: &str, sample: usize, sources: &[Source]
                             .unwrap_or_else(|_| Some(("bench".into(), "stopped".into())));
                     let why = if *design == *KT27 { reason } else { reason_in_another_design };
                     let reason = found.is_none().then(|| why(sources, mutant)).flatten();
+                    let found = found.or_else(|| reason.is_none().then(|| by_lint(sources, mutant)).flatten());
                     let said = match (&found, &reason) {
                         (Some((check, stage)), _) => format!("{check}: {stage}"),
                         (None, Some(reason)) => format!("survives, {reason}"),
@@ -289,9 +293,17 @@ fn survivors(design: &DesignPoint, name: &str, sample: usize, sources: &[Source]
     assert!(open.is_empty(), "unexplained survivors:\n{open}");
 }
 
+/// The linter as the check that finds a fault, where no simulation does and nothing shows that it is harmless.
+fn by_lint(sources: &[Source], mutant: &Mutant) -> Option<(String, String)> {
+    mutation::is_refused_by_lint(sources, mutant).then(|| (LINTER.into(), "lint".into()))
+}
+
 /// The stage that was named is the fault's own or a later one.
 fn points_right(verdict: &Verdict) -> bool {
     let Some((check, stage)) = &verdict.found else { return true };
+    if check == LINTER {
+        return true;
+    }
     if check == "cell" {
         return *stage == verdict.mutant.module;
     }
@@ -428,15 +440,14 @@ fn each_of_thirty_faults_is_found_by_a_proof_or_a_test() {
     for (at, (mutant, proof)) in mutants.iter().zip(&proofs).enumerate() {
         let found = catch_unwind(AssertUnwindSafe(|| checks(&choose(at + 1), &jobs, &further, &mutant.module)))
             .unwrap_or_else(|_| Some(("bench".into(), "stopped".into())));
+        let why = found.is_none().then(|| reason(&sources, mutant)).flatten();
+        let found = found.or_else(|| why.is_none().then(|| by_lint(&sources, mutant)).flatten());
         let seen = proof.contains("refuted") || proof.contains("unproved");
         by_claims += usize::from(seen);
         by_tests += usize::from(found.is_some());
         let test = match &found {
             Some((check, stage)) => format!("{check}: {stage}"),
-            None => match reason(&sources, mutant) {
-                Some(reason) => format!("harmless: {reason}"),
-                None => "none".into(),
-            },
+            None => why.map_or_else(|| "none".into(), |reason| format!("harmless: {reason}")),
         };
         if !seen && test == "none" {
             open.push(survivor(mutant));

@@ -139,6 +139,9 @@ fn beats_outside_a_frame(simulator: &Simulator) -> Outcome {
     swallow(&mut bench, &stray, "after a stray packet", REFUSED)?;
     swallow(&mut bench, &stray[..2], "at the first of another", REFUSED)?;
     swallow(&mut bench, &stray, "at the rest of it", 0)?;
+    swallow(&mut bench, &stray[..2], "at the first of a third", REFUSED)?;
+    bench.clear(ENABLE);
+    swallow(&mut bench, &stray, "at the rest of it behind a reset", REFUSED)?;
     let mut long = good.beats();
     long[4095].2 = false;
     bench.begin(good, long.into_iter().chain([(5, false, false), (6, false, true)]))?;

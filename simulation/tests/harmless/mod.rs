@@ -156,6 +156,14 @@ const HARMLESS: &[Harmless] = &[
     ),
     (
         "threshold",
+        &[Kind::Comparison],
+        "wanted > lowest",
+        "wanted >= lowest",
+        "the larger of two equal thresholds is either",
+        By("threshold"),
+    ),
+    (
+        "threshold",
         RESETS,
         "1'b0",
         "_",
