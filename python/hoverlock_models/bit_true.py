@@ -18,20 +18,22 @@ from ._native import BitTrue, emission_value
 
 __all__ = ["FEATURE", "FEATURE_OF_THREE_PAIRS", "Planes", "design_point", "emission", "features", "planes", "records"]
 
-FEATURE = np.dtype([
+_FIELDS = [
     ("x", "<u2"),
     ("y", "<u2"),
     ("response", "<u2"),
     ("flags", "<u2"),
     ("neighbours", "<u2", (4,)),
     ("descriptor", "<u4", (4,)),
-])
+]
+
+FEATURE = np.dtype(_FIELDS)
 """The 256 bits of a feature record as the hardware sends them.
 
 ``x`` and ``y`` are in pixels; ``response`` and ``neighbours`` (left, right, upper, lower) in LSB of the DoG. Bit 0 of ``flags``
 is the scale, bit 1 the polarity. ``descriptor`` has MaxLBP of both scales, then their signs."""
 
-FEATURE_OF_THREE_PAIRS = np.dtype([*((name, FEATURE[name]) for name in FEATURE.names), ("third", "<u4", (2,))])
+FEATURE_OF_THREE_PAIRS = np.dtype([*_FIELDS, ("third", "<u4", (2,))])
 """The 320 bits of a record in designs of three scale pairs: bit 2 of ``flags`` is the third scale, ``third`` has MaxLBP and
 signs of the third pair."""
 

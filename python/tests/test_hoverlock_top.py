@@ -92,5 +92,5 @@ def test_a_step_of_one_dn_in_one_pixel_makes_rtl_and_model_differ():
 
 
 def test_an_array_that_is_not_made_of_records_is_refused():
-    with pytest.raises(ValueError, match="8 words"):
+    with pytest.raises(ValueError, match="8 or 10 words"):
         models.records(np.zeros((2, 7), np.uint32))
