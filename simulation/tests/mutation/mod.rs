@@ -105,25 +105,28 @@ pub fn by_hand(source: &Source, mutant: &Mutant) -> String {
     text
 }
 
-/// Whether Verilator's linter refuses the files with a fault, as the tests call it for the committed files. A slice
-/// beyond its word is no fault in a simulation, which reads it modulo the width.
+/// Whether Verilator's linter refuses the files with a fault, as the tests call it for the committed files, and takes
+/// them without it. A slice beyond its word is no fault in a simulation, which reads it modulo the width.
 pub fn is_refused_by_lint(sources: &[Source], mutant: &Mutant) -> bool {
-    let folder = tempfile::tempdir().unwrap();
-    let waivers = Path::new(env!("CARGO_MANIFEST_DIR")).join("../rtl/verilog/waivers.vlt");
-    std::fs::copy(waivers, folder.path().join("waivers.vlt")).unwrap();
-    let mut names = Vec::new();
-    for source in sources {
-        let name = format!("{}.v", source.module);
-        let text = if source.module == mutant.file { by_hand(source, mutant) } else { source.text.clone() };
-        std::fs::write(folder.path().join(&name), text).unwrap();
-        names.push(name);
-    }
-    let lint = Command::new("verilator")
-        .args(["--lint-only", "-Wall", "--top-module", "hoverlock_top", "waivers.vlt"])
-        .args(names)
-        .current_dir(folder.path())
-        .output();
-    lint.is_ok_and(|output| !output.status.success())
+    let is_clean = |text: &dyn Fn(&Source) -> String| {
+        let folder = tempfile::tempdir().unwrap();
+        let waivers = Path::new(env!("CARGO_MANIFEST_DIR")).join("../rtl/verilog/waivers.vlt");
+        std::fs::copy(waivers, folder.path().join("waivers.vlt")).unwrap();
+        let names: Vec<String> = sources.iter().map(|source| format!("{}.v", source.module)).collect();
+        for (source, name) in sources.iter().zip(&names) {
+            std::fs::write(folder.path().join(name), text(source)).unwrap();
+        }
+        let lint = Command::new("verilator")
+            .args(["--lint-only", "-Wall", "--top-module", "hoverlock_top", "waivers.vlt"])
+            .args(names)
+            .current_dir(folder.path())
+            .output();
+        lint.unwrap().status.success()
+    };
+    let faulty = |source: &Source| {
+        if source.module == mutant.file { by_hand(source, mutant) } else { source.text.clone() }
+    };
+    is_clean(&|source| source.text.clone()) && !is_clean(&faulty)
 }
 
 /// The file with the numbers of an instance as defaults.
