@@ -1,7 +1,5 @@
 //! The address of all line memories, `address[n] = n mod W`, counted in steps, and the same address some steps ago.
 
-use std::collections::VecDeque;
-
 use hoverlock_design::pipeline::{READ_STEPS, RECURSION_STEPS, REGISTERED_READ_STEPS};
 use rust_hdl::prelude::*;
 
@@ -24,7 +22,7 @@ const OLDEST: usize = RECURSION_STEPS as usize;
 /// the next frame must not use an address that the counter never returns to, so the address returns to 0 before that
 /// step. The last address is registered, which keeps a subtraction out of the path to the comparison: there is no step
 /// in the clock after a change of the width either.
-#[derive(LogicBlock)]
+#[derive(LogicBlock, Default)]
 pub struct AddressCounter {
     /// Clock: registers sample at its rising edge.
     pub clock: Signal<In, Clock>,
@@ -43,26 +41,9 @@ pub struct AddressCounter {
     /// Where the memory of the recursion is written.
     pub recursion_write_address: Signal<Out, Address>,
     /// The address and its past, the newest first.
-    _delayed: VecDeque<u64>,
+    _delayed: [u64; OLDEST + 1],
     /// `W - 1` of the clock before.
     _last: u64,
-}
-
-impl Default for AddressCounter {
-    fn default() -> Self {
-        Self {
-            clock: Signal::default(),
-            reset: Signal::default(),
-            advance: Signal::default(),
-            width: Signal::default(),
-            address: Signal::default(),
-            write_address: Signal::default(),
-            registered_write_address: Signal::default(),
-            recursion_write_address: Signal::default(),
-            _delayed: vec![0; OLDEST + 1].into(),
-            _last: 0,
-        }
-    }
 }
 
 impl Logic for AddressCounter {
@@ -71,11 +52,11 @@ impl Logic for AddressCounter {
             let last = self._last;
             self._last = low(self.width.val().to_u64().wrapping_sub(1), WIDTH_BITS);
             if self.reset.val() {
-                self._delayed.iter_mut().for_each(|address| *address = 0);
+                self._delayed.fill(0);
             } else if self.advance.val() {
                 let address = self._delayed[0];
-                self._delayed.push_front(if address >= last { 0 } else { low(address + 1, COLUMN_BITS) });
-                self._delayed.pop_back();
+                self._delayed.rotate_right(1);
+                self._delayed[0] = if address >= last { 0 } else { low(address + 1, COLUMN_BITS) };
             } else if self._delayed[0] > last {
                 self._delayed[0] = 0;
             }
