@@ -2,7 +2,7 @@
 module record_limit_properties (input clock);
   (* anyseq *) reg reset, advance, last_column;
   each pair (* anyseq *) reg hit_{k};
-  each pair (* anyseq *) reg [`D-1:0] threshold_{k}, centre_{k};
+  each pair (* anyseq *) reg [`D-1:0] threshold_{k}, p_{k};
   (* anyseq *) reg [11:0] height;
   (* anyseq *) reg [10:0] y;
   (* anyseq *) reg [15:0] limit;
@@ -10,7 +10,7 @@ module record_limit_properties (input clock);
   wire [1:0] withheld;
   record_limit dut (
     .clock(clock), .reset(reset), .advance(advance), .height(height), .y(y), .last_column(last_column), .limit(limit),
-    each pair .threshold_{k}(threshold_{k}), .hit_{k}(hit_{k}), .centre_{k}(centre_{k}), .keep_{k}(keep_{k}),
+    each pair .threshold_{k}(threshold_{k}), .hit_{k}(hit_{k}), .p_{k}(p_{k}), .keep_{k}(keep_{k}),
     .withheld(withheld)
   );
 
@@ -19,10 +19,16 @@ module record_limit_properties (input clock);
   (* hierconn *) wire [5:0] \dut.rows ;
   (* hierconn *) wire [5:0] \dut.last_row ;
   each pair (* hierconn *) wire [`D-1:0] \dut.gate_{k} ;
+  each pair (* hierconn *) wire \dut.reached_{k} , \dut.reached_higher_{k} ;
+  (* hierconn *) wire \dut.was_raised ;
+  each pair wire reached_{k} = \dut.was_raised ? \dut.reached_higher_{k} : \dut.reached_{k} ;
 
   // The law, on 32 bits where nothing overflows.
   reg [31:0] left, quota;
   each pair reg [`D-1:0] gate_{k};
+  // The response of the step before, which may be a feature unless that step was the last of a row.
+  each pair reg [`D-1:0] centre_{k};
+  reg within_row;
   reg [5:0] rows;
   reg [11:0] height_before;
   reg [1:0] withheld_wanted;
@@ -67,7 +73,10 @@ module record_limit_properties (input clock);
       rows <= 6'd0;
       each pair gate_{k} <= 0;
       withheld_wanted <= 2'd0;
+      within_row <= 0;
     end else if (advance) begin
+      within_row <= !last_column;
+      each pair centre_{k} <= p_{k};
       withheld_wanted <= over_{pairs};
       if (loads) begin
         quota <= {16'd0, limit} / 32'd64;
@@ -93,6 +102,9 @@ module record_limit_properties (input clock);
     else begin
       possible: assert (height_before == 12'd0 || (height_before >= 12'd64 && height_before <= 12'd2048));
       if (height_before == 12'd0) assume (!advance);
+      // A feature has 18 samples of its row before it and after it.
+      each pair assume (within_row || !hit_{k});
+      each pair compared_{k}: assert (!within_row || reached_{k} == (centre_{k} >= gate_{k}));
       // At most 100 bands of at most 1023 features end before the next frame loads the allowance.
       assume (left <= 32'd120000);
       band: assert (height_before == 12'd0 || {7'd0, \dut.last_row } + 13'd1 == band_rows);
@@ -102,6 +114,7 @@ module record_limit_properties (input clock);
       counted: assert (withheld == withheld_wanted);
       one_left: cover (keep_0 && hit_1 && !keep_1 && left == 32'd1);
       gated: cover (hit_0 && !keep_0 && left > 32'd1);
+      gated_by_the_step_before: cover (hit_1 && \dut.was_raised && \dut.reached_1 && !\dut.reached_higher_1 );
     end
   end
 endmodule

@@ -13,7 +13,7 @@
 #define HOVERLOCK_VERSION_NUMBER_SHIFT 0
 #define HOVERLOCK_VERSION_NUMBER_MASK 0xffffffffu // major above minor, 16 bits each
 #define HOVERLOCK_EMISSION 0x08u
-#define HOVERLOCK_EMISSION_VALUE 0x368b7dceu // what it reads
+#define HOVERLOCK_EMISSION_VALUE 0xf34e5d11u // what it reads
 #define HOVERLOCK_EMISSION_HASH_SHIFT 0
 #define HOVERLOCK_EMISSION_HASH_MASK 0xffffffffu // first 32 bits of the SHA-256 of the emitted Verilog
 #define HOVERLOCK_CONTROL 0x0cu

@@ -72,7 +72,7 @@ localparam [5:0] AT_WIDE_G5 = 6'd34;
 
 wire [31:0] identification_letters = 32'h484c434b;
 wire [31:0] version_number = 32'h20001;
-wire [31:0] emission_hash = 32'h368b7dce;
+wire [31:0] emission_hash = 32'hf34e5d11;
 reg  clear_now;
 wire control_reset = 1'b0;
 reg  control_interrupt_error;

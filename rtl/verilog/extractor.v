@@ -319,8 +319,8 @@ record_limit record_limit (
   .threshold_1(controller_1_threshold),
   .hit_0(decision_0_hit),
   .hit_1(decision_1_hit),
-  .centre_0(scale_pair_0_centre[(32'h0)+:(15)]),
-  .centre_1(scale_pair_1_centre[(32'h0)+:(15)]),
+  .p_0(scale_pair_0_p[(32'h0)+:(15)]),
+  .p_1(scale_pair_1_p[(32'h0)+:(15)]),
   .keep_0(record_limit_keep_0),
   .keep_1(record_limit_keep_1),
   .withheld(record_limit_withheld)

@@ -9,7 +9,9 @@
 //   row 17 ends   left = L - 63 (L >> 6), gate_k = T_k      a feature is passed on   left - 1
 //   a band ends   left + (L >> 6), gate_k - (gate_k >> 2) - 1, at least T_k
 //   none left     gate_k + (gate_k >> 2) + 1, at most 2^15 - 1, where a feature reaches its gate
-// Latency: none from `hit` to `keep`, 1 step to `withheld`.
+// p_k comes a step before hit_k and is compared then, with gate_k and with the higher one: a feature may raise the
+// gates of the next step.
+// Latency: 1 step from `p` to `keep`, none from `hit`; 1 step to `withheld`.
 module record_limit (
   input  wire clock,
   input  wire reset,
@@ -22,8 +24,8 @@ module record_limit (
   input  wire [14:0] threshold_1,
   input  wire hit_0,
   input  wire hit_1,
-  input  wire [14:0] centre_0,
-  input  wire [14:0] centre_1,
+  input  wire [14:0] p_0,
+  input  wire [14:0] p_1,
   output reg  keep_0,
   output reg  keep_1,
   output reg  [1:0] withheld
@@ -35,25 +37,40 @@ reg [5:0]  rows;
 reg [5:0]  last_row;
 reg [14:0] gate_0;
 reg [14:0] gate_1;
+reg reached_0;
+reg reached_higher_0;
+reg reached_1;
+reg reached_higher_1;
+reg was_raised;
 
 wire begins = last_column & (y == 11'd17);
 wire band_ends = last_column & (rows == last_row);
 wire over_0 = left > 17'd0;
 wire over_1 = left > 17'd1;
-wire passes_0 = hit_0 & (centre_0 >= gate_0);
-wire passes_1 = hit_1 & (centre_1 >= gate_1);
+wire passes_0 = hit_0 & (was_raised ? reached_higher_0 : reached_0);
+wire passes_1 = hit_1 & (was_raised ? reached_higher_1 : reached_1);
 wire keeps_0 = passes_0 & over_0;
 wire keeps_1 = passes_1 & (passes_0 ? over_1 : over_0);
+wire [15:0] raised_0 = {1'b0, gate_0} + {3'd0, gate_0[14:2]} + 16'd1;
+wire [14:0] higher_0 = raised_0[15] ? 15'h7fff : raised_0[14:0];
+wire [14:0] lowered_0 = gate_0 - {2'd0, gate_0[14:2]} - 15'd1;
+wire [15:0] raised_1 = {1'b0, gate_1} + {3'd0, gate_1[14:2]} + 16'd1;
+wire [14:0] higher_1 = raised_1[15] ? 15'h7fff : raised_1[14:0];
+wire [14:0] lowered_1 = gate_1 - {2'd0, gate_1[14:2]} - 15'd1;
 wire [1:0] hits = {1'b0, hit_0} + {1'b0, hit_1};
 wire [1:0] passing = {1'b0, passes_0} + {1'b0, passes_1};
 wire [1:0] keeping = {1'b0, keeps_0} + {1'b0, keeps_1};
-wire [15:0] raised_0 = {1'b0, gate_0} + {3'd0, gate_0[14:2]} + 16'd1;
-wire [14:0] lowered_0 = gate_0 - {2'd0, gate_0[14:2]} - 15'd1;
-wire [15:0] raised_1 = {1'b0, gate_1} + {3'd0, gate_1[14:2]} + 16'd1;
-wire [14:0] lowered_1 = gate_1 - {2'd0, gate_1[14:2]} - 15'd1;
 
-always @(posedge clock)
+always @(posedge clock) begin
   last_row <= height[11:6] - {5'd0, height[5:0] < 6'd37};
+  if (advance) begin
+    was_raised <= passing != keeping;
+    reached_0 <= p_0 >= gate_0;
+    reached_higher_0 <= p_0 >= higher_0;
+    reached_1 <= p_1 >= gate_1;
+    reached_higher_1 <= p_1 >= higher_1;
+  end
+end
 
 always @(posedge clock)
   if (reset) begin
@@ -79,8 +96,8 @@ always @(posedge clock)
         gate_0 <= lowered_0 > threshold_0 ? lowered_0 : threshold_0;
         gate_1 <= lowered_1 > threshold_1 ? lowered_1 : threshold_1;
       end else if (passing != keeping) begin
-        gate_0 <= raised_0[15] ? 15'h7fff : raised_0[14:0];
-        gate_1 <= raised_1[15] ? 15'h7fff : raised_1[14:0];
+        gate_0 <= higher_0;
+        gate_1 <= higher_1;
       end
     end
   end

@@ -2,7 +2,9 @@
 //!
 //! The law is that of [`hoverlock_fixed_point::model::record_limit`]: `left` features may still be sent, and a feature
 //! of pair `k` must reach `gate_k`. The state of a frame is loaded at the end of row 17, the last without an eligible
-//! pixel. A row ends 18 steps after its last eligible pixel, so a band never ends in the step of a feature.
+//! pixel. A row ends 18 steps after its last eligible pixel and the next such pixel is 18 steps later, so a band never
+//! ends in the step of a feature or the step before it. A response comes a step before it is known to be a feature, and
+//! is compared then, with the gate and with the next higher one: a feature may raise the gates of the next step.
 
 use rust_hdl::prelude::*;
 
@@ -35,8 +37,8 @@ pub struct RecordLimit {
     pub threshold: [Signal<In, Response>; SCALE_PAIRS],
     /// Found at scale pair `k`.
     pub hit: [Signal<In, Bit>; SCALE_PAIRS],
-    /// Response of scale pair `k`, in the step of `hit`.
-    pub centre: [Signal<In, Response>; SCALE_PAIRS],
+    /// Response of scale pair `k`, one step before `hit`.
+    pub p: [Signal<In, Response>; SCALE_PAIRS],
     /// The feature of scale pair `k` is sent.
     pub keep: [Signal<Out, Bit>; SCALE_PAIRS],
     /// Number of features withheld, one step later.
@@ -47,13 +49,23 @@ pub struct RecordLimit {
     _rows: u64,
     _last_row: u64,
     _gate: [u64; SCALE_PAIRS],
+    /// The response of the step before reaches the gate of that step, and the next higher one.
+    _reached: [bool; SCALE_PAIRS],
+    _reached_higher: [bool; SCALE_PAIRS],
+    /// The step before has raised the gates.
+    _was_raised: bool,
+}
+
+/// Returns the gate after `gate`, if a feature that reaches it is withheld.
+fn higher(gate: u64) -> u64 {
+    (gate + (gate >> 2) + 1).min((1 << DOG_BITS) - 1)
 }
 
 impl RecordLimit {
     /// Returns which features reach their gates, and which of them are sent.
     fn decided(&self) -> ([bool; SCALE_PAIRS], [bool; SCALE_PAIRS]) {
-        let passes: [bool; SCALE_PAIRS] =
-            std::array::from_fn(|k| self.hit[k].val() && self.centre[k].val().to_u64() >= self._gate[k]);
+        let reached = if self._was_raised { &self._reached_higher } else { &self._reached };
+        let passes: [bool; SCALE_PAIRS] = std::array::from_fn(|k| self.hit[k].val() && reached[k]);
         let before = |k: usize| passes[..k].iter().filter(|passes| **passes).count() as u64;
         (passes, std::array::from_fn(|k| passes[k] && self._left > before(k)))
     }
@@ -63,6 +75,9 @@ impl RecordLimit {
         let count = |flags: &[bool]| flags.iter().filter(|flag| **flag).count() as u64;
         let hits = self.hit.each_ref().map(|hit| hit.val());
         self.withheld.next = (count(&hits) - count(&keep)).into();
+        self._was_raised = count(&passes) > count(&keep);
+        let reached = |gate: fn(u64) -> u64| std::array::from_fn(|k| self.p[k].val().to_u64() >= gate(self._gate[k]));
+        (self._reached, self._reached_higher) = (reached(|gate| gate), reached(higher));
         let (limit, last_column) = (self.limit.val().to_u64(), self.last_column.val());
         if last_column && self.y.val().to_u64() == MARGIN - 1 {
             self._quota = limit >> 6;
@@ -79,8 +94,8 @@ impl RecordLimit {
         for (gate, threshold) in self._gate.iter_mut().zip(&self.threshold) {
             if band_ends {
                 *gate = low(gate.wrapping_sub(*gate >> 2).wrapping_sub(1), DOG_BITS).max(threshold.val().to_u64());
-            } else if count(&passes) > count(&keep) {
-                *gate = (*gate + (*gate >> 2) + 1).min((1 << DOG_BITS) - 1);
+            } else if self._was_raised {
+                *gate = higher(*gate);
             }
         }
     }
@@ -109,8 +124,7 @@ impl Logic for RecordLimit {
 
     fn hdl(&self) -> Verilog {
         let each = |text: &str| of_pairs(|k| text.replace("_k", &format!("_{k}")), "");
-        // Whether more are left than features of the pixel come before that of pair k. The comparisons of `left` do not
-        // wait for those of the responses.
+        // Whether more are left than features of the pixel come before that of pair k.
         let enough = |k: usize| match k {
             0 => "over_0",
             1 => "(passes_0 ? over_1 : over_0)",
@@ -124,15 +138,20 @@ reg [16:0] left;
 reg [9:0]  quota;
 reg [{top}:0]  rows;
 reg [{top}:0]  last_row;
-{gates}
+{gates}{reached}reg was_raised;
+
 wire begins = last_column & (y == ROW_BITS'd17);
 wire band_ends = last_column & (rows == last_row);
-{over}{passing}{kept}wire [1:0] hits = {hits};
+{over}{passing}{kept}{moved}wire [1:0] hits = {hits};
 wire [1:0] passing = {passings};
 wire [1:0] keeping = {keepings};
-{moved}
-always @(posedge clock)
+
+always @(posedge clock) begin
   last_row <= height[{height_top}:6] - {{{rest}, height[5:0] < 6'd37}};
+  if (advance) begin
+    was_raised <= passing != keeping;
+{compared}  end
+end
 
 always @(posedge clock)
   if (reset) begin
@@ -164,7 +183,9 @@ always @(*) begin
             rest = zeros(BAND_BITS - 1),
             band_bits = BAND_BITS,
             gates = each("reg [DOG_BITS-1:0] gate_k;\n"),
-            passing = each("wire passes_k = hit_k & (centre_k >= gate_k);\n"),
+            reached = each("reg reached_k;\nreg reached_higher_k;\n"),
+            compared = each("    reached_k <= p_k >= gate_k;\n    reached_higher_k <= p_k >= higher_k;\n"),
+            passing = each("wire passes_k = hit_k & (was_raised ? reached_higher_k : reached_k);\n"),
             over = of_pairs(|k| format!("wire over_{k} = left > 17'd{k};\n"), ""),
             kept = of_pairs(|k| format!("wire keeps_{k} = passes_{k} & {};\n", enough(k)), ""),
             hits = sum("hit"),
@@ -172,13 +193,14 @@ always @(*) begin
             keepings = sum("keeps"),
             moved = each(
                 "wire [SIGNED_BITS-1:0] raised_k = {1'b0, gate_k} + {3'd0, gate_k[DOG_BITS-1:2]} + SIGNED_BITS'd1;\n\
+                 wire [DOG_BITS-1:0] higher_k = raised_k[DOG_BITS] ? LARGEST : raised_k[DOG_BITS-1:0];\n\
                  wire [DOG_BITS-1:0] lowered_k = gate_k - {2'd0, gate_k[DOG_BITS-1:2]} - DOG_BITS'd1;\n"
-            ),
+            )
+            .replace("LARGEST", &format!("{DOG_BITS}'h{:x}", (1 << DOG_BITS) - 1)),
             resets = each("    gate_k   <= DOG_BITS'd0;\n"),
             loads = each("      gate_k <= threshold_k;\n"),
             lowers = each("        gate_k <= lowered_k > threshold_k ? lowered_k : threshold_k;\n"),
-            raises = each("        gate_k <= raised_k[DOG_BITS] ? LARGEST : raised_k[DOG_BITS-1:0];\n")
-                .replace("LARGEST", &format!("{DOG_BITS}'h{:x}", (1 << DOG_BITS) - 1)),
+            raises = each("        gate_k <= higher_k;\n"),
             outputs = each("  keep_k = keeps_k;\n"),
         ))
     }

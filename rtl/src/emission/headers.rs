@@ -337,7 +337,9 @@ L is the register record_limit, a band has ceil((H - 36) / 64) rows from row 18 
   row 17 ends   left = L - 63 (L >> 6), gate_k = T_k      a feature is passed on   left - 1
   a band ends   left + (L >> 6), gate_k - (gate_k >> 2) - 1, at least T_k
   none left     gate_k + (gate_k >> 2) + 1, at most 2^<DOG_BITS> - 1, where a feature reaches its gate
-Latency: none from `hit` to `keep`, 1 step to `withheld`.",
+p_k comes a step before hit_k and is compared then, with gate_k and with the higher one: a feature may raise the
+gates of the next step.
+Latency: 1 step from `p` to `keep`, none from `hit`; 1 step to `withheld`.",
     ),
     ("candidate_word", "A candidate as one memory word: neighbours, centres, hits, position.\nLatency: none."),
     (

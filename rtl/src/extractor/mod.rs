@@ -246,7 +246,7 @@ impl Logic for Extractor {
         self.record_limit.limit.next = self.smoothers.window_bank.val().get_bits::<16>(RECORD_LIMIT_AT);
         $(self.record_limit.threshold[$k].next = self.controller[$k].threshold.val();)*
         $(self.record_limit.hit[$k].next = self.decision[$k].hit.val();)*
-        $(self.record_limit.centre[$k].next = self.scale_pair[$k].centre.val().get_bits::<DOG_BITS>(0);)*
+        $(self.record_limit.p[$k].next = self.scale_pair[$k].p.val().get_bits::<DOG_BITS>(0);)*
 
         comment!("A candidate waits until its ring is complete.");
         self.candidate.position.next = self.eligible.position.val();

@@ -426,9 +426,12 @@ fn thresholds_stop_at_their_limits(simulator: &Simulator) -> Outcome {
 fn more_features_than_the_record_limit(simulator: &Simulator) -> Outcome {
     let design = simulator.design();
     let mut bench = enabled(simulator, 18);
-    let pixels = ground(design, 128, 170, 18);
-    for (number, limit) in [0, 63, 300, 1000, 0x8000].into_iter().enumerate() {
-        let mut frame = Frame::new(design, pixels.clone(), &low(design));
+    // In the second picture a feature that raises the gates is followed at once by one that reaches the lower gate
+    // alone.
+    let pictures = [18, 27].map(|seed| ground(design, 128, 170, seed));
+    let frames = [(0, 0), (0, 63), (0, 300), (1, 70), (0, 1000), (0, 0x8000)];
+    for (number, (picture, limit)) in frames.into_iter().enumerate() {
+        let mut frame = Frame::new(design, pictures[picture].clone(), &low(design));
         frame.record_limit = limit;
         let [found, sent] = [frame.planes.features(&frame.thresholds), frame.sent(&frame.thresholds).0];
         let [found, sent] = [count_per_scale(&found), count_per_scale(&sent)];

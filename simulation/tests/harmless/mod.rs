@@ -24,8 +24,8 @@ enum Shown {
 
 use Shown::{By, Hole, Later};
 
-/// The module's name, or the instance's, or module/instance, up to a `*`; kinds, a part of the original text, a part of
-/// the fault, the reason, what shows it.
+/// The module's name, or the instance's, or module/instance, each up to a `*`; kinds, a part of the original text, a
+/// part of the fault, the reason, what shows it.
 type Harmless = (&'static str, &'static [Kind], &'static str, &'static str, &'static str, Shown);
 
 const RESETS: &[Kind] = &[Kind::Reset, Kind::ResetValue];
@@ -79,6 +79,7 @@ const HARMLESS: &[Harmless] = &[
     ("smoother_5/row_look_back*", RESETS, "", "", ROWS, Later("row_look_back")),
     ("smoother_5/row_look_ahead*", RESETS, "", "", ROWS, Later("row_look_ahead")),
     ("pulse_delay(24)", RESETS, "", "", ROWS, Later("row_look_ahead")),
+    ("row_look_back*/flag_delay(4)", RESETS, "", "", ROWS, Later("row_look_back")),
     (
         "row_look_back*",
         &[Kind::Wiring],
@@ -196,9 +197,6 @@ const HARMLESS: &[Harmless] = &[
 /// The same of modules that the default design lacks.
 const ELSEWHERE: &[Harmless] = &[
     ("pulse_delay(16)", RESETS, "", "", ROWS, Later("row_look_ahead")),
-    ("row_look_back(2)/flag_delay(4)", RESETS, "", "", ROWS, Later("row_look_back")),
-    ("row_look_back(4)/flag_delay(4)", RESETS, "", "", ROWS, Later("row_look_back")),
-    ("row_look_back(16)/flag_delay(4)", RESETS, "", "", ROWS, Later("row_look_back")),
     ("tail_counter", RESETS, "11'd0", "x", "x is set as the tail begins, before it counts", By("unset_registers")),
     (
         "csr",
@@ -243,9 +241,9 @@ fn module(mutant: &Mutant) -> &str {
 
 /// Whether a row is about a fault.
 fn fits(&(place, kinds, original, fault, ..): &Harmless, mutant: &Mutant) -> bool {
+    let of = |place: &str, name: &str| place.strip_suffix('*').map_or(name == place, |family| name.starts_with(family));
     let at = module(mutant);
-    let name = if place.contains('/') { format!("{}/{at}", mutant.module) } else { at.to_owned() };
-    place.strip_suffix('*').map_or(name == place, |family| name.starts_with(family))
+    place.split_once('/').map_or_else(|| of(place, at), |(outer, inner)| of(outer, &mutant.module) && of(inner, at))
         && kinds.contains(&mutant.kind)
         && mutant.original.contains(original)
         && mutant.fault.contains(fault)

@@ -128,7 +128,7 @@ impl Rows {
     }
 
     fn is_eligible(&self) -> bool {
-        self.x < 3 && self.y >= 18 && self.y < self.height - 18
+        (1..4).contains(&self.x) && self.y >= 18 && self.y < self.height - 18
     }
 
     fn next(&mut self, draw: &mut ChaCha8Rng) {
@@ -147,28 +147,17 @@ pub fn the_record_limit_is_the_law_of_the_model() {
     let (rows, law) = (RefCell::new(None), RefCell::new(nothing()));
     // Features sent, and withheld.
     let tally = RefCell::new([0, 0]);
+    // Responses of the step before.
+    let before = RefCell::new([0, 0]);
     let responses = |cell: &RecordLimit| {
-        let response = |k: usize| cell.hit[k].val().then(|| cell.centre[k].val().to_u32());
+        let response = |k: usize| cell.hit[k].val().then(|| before.borrow()[k]);
         [response(0), response(1), None]
     };
     alike!(
         RecordLimit::default(),
         "record_limit",
         40_000,
-        [
-            reset,
-            advance,
-            height,
-            y,
-            last_column,
-            limit,
-            threshold[0],
-            threshold[1],
-            hit[0],
-            hit[1],
-            centre[0],
-            centre[1]
-        ],
+        [reset, advance, height, y, last_column, limit, threshold[0], threshold[1], hit[0], hit[1], p[0], p[1]],
         [keep[0], keep[1], withheld],
         |cell: &mut RecordLimit, cycle, draw: &mut ChaCha8Rng| {
             let mut rows = rows.borrow_mut();
@@ -183,7 +172,7 @@ pub fn the_record_limit_is_the_law_of_the_model() {
                 cell.threshold[k].next = threshold.into();
                 cell.hit[k].next = rows.is_eligible() && draw.random();
                 let most = (threshold << draw.random_range(0..8)).min(0x7fff);
-                cell.centre[k].next = draw.random_range(threshold..=most).into();
+                cell.p[k].next = draw.random_range(threshold..=most).into();
             }
             if cell.advance.next {
                 rows.next(draw);
@@ -210,6 +199,7 @@ pub fn the_record_limit_is_the_law_of_the_model() {
                         law.finish_band();
                     }
                 }
+                *before.borrow_mut() = cell.p.each_ref().map(|p| p.val().to_u32());
             }
             let keep = law.clone().pixel(responses(cell));
             assert_eq!(cell.keep.each_ref().map(|keep| keep.val()), [keep[0], keep[1]]);
