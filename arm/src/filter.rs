@@ -30,6 +30,14 @@
 //! M = P_xy (I + L P_yy)^-1,    dx = M n,    P_xx -= M L P_yx,    P_xh -= M L P_yh,    P_hh unchanged
 //! ```
 //!
+//! **The slope is corrected in part** (partial update, Brink 2017). Errors of the pixels persist over frames, so that what
+//! does not move seems better known with every frame. With the part `k_s` that a state keeps, `k` of the slope, 1 of a
+//! height, and 0 of all others,
+//!
+//! ```text
+//! dx_s (1 - k_s),    P_st = k_s k_t P_st before + (1 - k_s k_t) P_st after
+//! ```
+//!
 //! **Heights are eliminated** before a system is solved, as each has its own prior and none is seen with another: with
 //! `L = [A B; B^T D]`, `P_yy = [P C; C^T s^2]`, `n = (n_1, n_2)` and the diagonal `E = I + s^2 D`
 //!
@@ -117,6 +125,8 @@ const HEIGHT_SIGMA: f64 = 0.2;
 const FREE_HEIGHT_SIGMA: f64 = 0.05;
 /// Standard deviation of the slope of the mean ground: a row of houses along one side of a picture from 20 m is one.
 const SLOPE_SIGMA: f64 = 0.15;
+/// Part of its error that the slope keeps in an update by sightings.
+const KEPT_SLOPE: f64 = 0.87;
 /// Standard error of the height over the mean ground from one laser reading, as a part of that of a cell.
 const GROUND_SIGMA: f64 = 0.3;
 

@@ -3,7 +3,7 @@
 use super::information::InformationBatch;
 use super::linear::{solve, subtract_products, transposed};
 use super::projection::{PairState, Projection};
-use super::{CELLS, Filter, PAIR, STATES, pair_states};
+use super::{CELLS, CORE, Filter, KEPT_SLOPE, PAIR, SLOPE, STATES, pair_states};
 use hoverlock_reference::motion::budget::Budget;
 use hoverlock_reference::motion::orthophoto::Camera;
 use nalgebra::{Matrix2, Matrix6, SMatrix, Vector2, Vector6};
@@ -476,8 +476,14 @@ impl Filter {
             let row: &StateRow = row;
             by.iter_mut().zip(row).for_each(|(value, gain)| *value += gain * n);
         }
+        by[SLOPE..CORE].iter_mut().for_each(|value| *value *= 1.0 - KEPT_SLOPE);
         let size = PAIR + cells.len();
+        let slopes = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(row, column)| (SLOPE + row) * STATES + SLOPE + column);
+        let before = slopes.map(|at| covariance[at]);
         subtract_products(covariance, &product[..size], &columns[..size], active);
+        for (at, before) in slopes.into_iter().zip(before) {
+            covariance[at] += KEPT_SLOPE * KEPT_SLOPE * (before - covariance[at]);
+        }
         let variance = self.height_sigma * self.height_sigma;
         let of_poses = transposed(&product[..PAIR]);
         for cell in 0..CELLS {
@@ -492,7 +498,8 @@ impl Filter {
                 if touched != usize::MAX {
                     less += product[PAIR + touched][row] * variance;
                 }
-                cross[row * CELLS + cell] -= less;
+                let corrected = if (SLOPE..CORE).contains(&row) { 1.0 - KEPT_SLOPE } else { 1.0 };
+                cross[row * CELLS + cell] -= corrected * less;
             }
         }
         self.correct(&by);

@@ -118,18 +118,25 @@ fn eliminated_heights_give_the_dense_update() {
         i if i < PAIR => filter.cross[states[i] * CELLS + cell],
         i => f64::from(u8::from(cells[i - PAIR] == cell)) * filter.height_variance(),
     });
-    let expected = covariance - &gain * &information * with_y.transpose();
-    let expected_heights = with_heights - &gain * &information * of_heights;
+    let kept = |state: usize| if (SLOPE..CORE).contains(&state) { KEPT_SLOPE } else { 0.0 };
+    let parts = DMatrix::from_fn(STATES, STATES, |i, j| 1.0 - kept(i) * kept(j));
+    let expected = covariance - parts.component_mul(&(&gain * &information * with_y.transpose()));
+    let parts = DMatrix::from_fn(STATES, CELLS, |i, _| 1.0 - kept(i));
+    let expected_heights = with_heights - parts.component_mul(&(&gain * &information * of_heights));
     let moved = &gain * vector;
 
     filter.fill_system(&states);
     let change = filter.solve_change().unwrap();
-    let before = filter.pose.position;
+    let (before, slope) = (filter.pose.position, filter.slope);
     filter.apply(&states).unwrap();
     let near = |found: f64, expected: f64, scale: f64| (found - expected).abs() <= 1e-7 * scale;
     for axis in 0..3 {
         assert!(near(change[axis], moved[axis], moved.amax()), "{change:?} {moved}");
         assert!(near(filter.pose.position[axis] - before[axis], moved[axis], moved.amax()));
+    }
+    for axis in 0..2 {
+        let change = filter.slope[axis] - slope[axis];
+        assert!(near(change, (1.0 - KEPT_SLOPE) * moved[SLOPE + axis], moved.amax()), "{change} {moved}");
     }
     let (largest, largest_height) = (expected.amax(), expected_heights.amax());
     for i in 0..STATES {

@@ -383,10 +383,7 @@ impl<'a> Reader<'a> {
     fn add(&mut self, site: Range<usize>, kind: Kind, fault: String, at: Option<String>) {
         let text = &self.text;
         let original = text[site.clone()].split_whitespace().collect::<Vec<_>>().join(" ");
-        let balanced = [('(', ')'), ('{', '}'), ('[', ']')]
-            .into_iter()
-            .all(|(open, close)| fault.matches(open).count() == fault.matches(close).count());
-        if !balanced || fault.split_whitespace().collect::<Vec<_>>().join(" ") == original {
+        if !is_balanced(&fault) || fault.split_whitespace().collect::<Vec<_>>().join(" ") == original {
             return;
         }
         self.mutants.push(Mutant {
@@ -543,7 +540,7 @@ impl<'a> Reader<'a> {
         if let Some((condition, rest)) = text.split_once(" ? ")
             && let Some((yes, no)) = rest.split_once(" : ")
             && !no.contains(" ? ")
-            && !yes.contains('(')
+            && [condition, yes, no].into_iter().all(is_balanced)
         {
             self.add(site.clone(), Kind::Swap, format!("{condition} ? {no} : {yes}"), None);
         }
@@ -674,6 +671,13 @@ fn closing(text: &str, from: usize) -> usize {
         }
     }
     text.len()
+}
+
+/// Whether a text has as many closing brackets of each kind as opening ones.
+fn is_balanced(text: &str) -> bool {
+    [('(', ')'), ('{', '}'), ('[', ']')]
+        .into_iter()
+        .all(|(open, close)| text.matches(open).count() == text.matches(close).count())
 }
 
 fn closing_bracket(text: &str, from: usize) -> usize {
