@@ -30,9 +30,9 @@
 //! M = P_xy (I + L P_yy)^-1,    dx = M n,    P_xx -= M L P_yx,    P_xh -= M L P_yh,    P_hh unchanged
 //! ```
 //!
-//! **The slope is corrected in part** (partial update, Brink 2017). Errors of the pixels persist over frames, so that what
-//! does not move seems better known with every frame. With the part `k_s` that a state keeps, `k` of the slope, 1 of a
-//! height, and 0 of all others,
+//! **The slope is corrected in part** (partial update, Brink 2017). Errors of the pixels persist over frames, so that
+//! what does not move seems better known with every frame. With the part `k_s` that a state keeps, `k` of the slope, 1
+//! of a height, and 0 of all others,
 //!
 //! ```text
 //! dx_s (1 - k_s),    P_st = k_s k_t P_st before + (1 - k_s k_t) P_st after
