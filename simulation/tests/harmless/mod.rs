@@ -75,6 +75,14 @@ const HARMLESS: &[Harmless] = &[
     ),
     // The marker that a stage passes on starts the cursors of the decisions, where it is a stage of the wide smoother.
     ("row_look_back_border*", RESETS, "", "", ROWS, Later("row_look_back")),
+    (
+        "row_look_back_border(18, 1)",
+        &[Kind::Pipeline],
+        "outside ? border",
+        "outside ? x",
+        "of a look-back of one column only the first sample is outside",
+        By("row_look_back"),
+    ),
     ("row_look_ahead_border*", RESETS, "", "", ROWS, Later("row_look_ahead")),
     ("smoother_5/row_look_back*", RESETS, "", "", ROWS, Later("row_look_back")),
     ("smoother_5/row_look_ahead*", RESETS, "", "", ROWS, Later("row_look_ahead")),
