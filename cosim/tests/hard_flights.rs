@@ -46,6 +46,8 @@ fn tall_buildings_in_low_sun_do_not_mislead() {
 #[ignore = "a flight of 6 s"]
 fn hills_that_look_like_a_slope_do_not_mislead() {
     let (error, uncovered) = judged(&flown("hills.toml", 6.0), 0.97);
+    // 0.87 m without the partial update of the slope (decision 056).
+    assert!(error < 0.45, "{error} m");
     assert!(uncovered > 0, "{error} m: the flight no longer needs the raise; fly a harder one");
 }
 
