@@ -20,6 +20,7 @@
 //! | `patch` | storage for composed ground, kept between frames |
 //! | `compose` | composes a patch of ground |
 //! | `object` | objects on the ground: buildings, trees, cars, paint |
+//! | `bundle` | eight rays at once |
 //! | `crown` | the balls of a tree's crown |
 //! | `water` | waves and glint |
 //! | `fall` | rain and snow |
@@ -28,6 +29,7 @@
 //! A frame is a function of scene, seed and shot. Rows are computed independently, and patches do not depend on earlier
 //! frames, so a frame has the same bits for every number of threads.
 
+mod bundle;
 mod compose;
 mod crown;
 mod fall;

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use nalgebra::{Vector2, Vector3};
 
+use super::bundle::{Placed, RAYS, Shadow, Vectors, shaded};
 use super::object::Object;
 use super::overlay::SUBPIXEL_RAYS;
 use super::patch::{Key, PATCH_TEXELS, SIDE, Texels, pack};
@@ -101,7 +102,7 @@ impl Renderer {
         let middle = first.add_scalar(0.5 * PATCH_TEXELS as f64 * texel).push(-0.5 * f64::from(limits[0] + limits[1]));
         let reach = (0.5 * PATCH_TEXELS as f64 + RIM as f64) * texel * std::f64::consts::SQRT_2
             + 0.5 * f64::from(limits[1] - limits[0]);
-        let objects: Vec<(&Object, Vector3<f32>)> = self
+        let objects: Vec<Placed<'_>> = self
             .objects
             .iter()
             .zip(&self.centres)
@@ -110,30 +111,38 @@ impl Renderer {
                 let aside = to.cross(&self.to_sun).norm_squared();
                 object.is_solid() && object.is_static() && aside < near * near && to.dot(&self.to_sun) > -near
             })
-            .map(|(object, centre)| (object, (centre - first.push(0.0)).map(|v| v as f32)))
+            .map(|(object, centre)| Placed { object, centre: (centre - first.push(0.0)).map(|v| v as f32) })
             .collect();
         if objects.is_empty() {
             return None;
         }
         let sun = self.to_sun.map(|v| v as f32);
         let texel = texel as f32;
-        let lit = |i: usize, j: usize, aside: [f32; 2]| {
+        let point = |i: usize, j: usize, aside: [f32; 2]| {
             let at = |i: usize, aside: f32| (i as f32 - RIM as f32 + aside) * texel;
-            let (x, y) = (at(i, aside[0]), at(j, aside[1]));
             // Within a texel the ground is level.
             let h = interpolated(heights, [i + SAMPLE_SPACING - RIM, j + SAMPLE_SPACING - RIM], |height| height.h);
-            let point = Vector3::new(x, y, -h);
-            !objects.iter().any(|(object, centre)| object.shades_or_contains(&(point - centre), &sun))
+            Vector3::new(at(i, aside[0]), at(j, aside[1]), -h)
         };
-        let middles: Vec<[f32; RIMMED_SIDE]> =
-            (0..RIMMED_SIDE).map(|j| std::array::from_fn(|i| f32::from(u8::from(lit(i, j, [0.0; 2]))))).collect();
+        let dark = |point_of: &dyn Fn(usize) -> Vector3<f32>| {
+            let mut points = Vectors::all(&Vector3::zeros());
+            (0..RAYS).for_each(|lane| points.set(lane, &point_of(lane)));
+            shaded(&objects, &points, &sun, Shadow::OfGround, [true; RAYS])
+        };
+        let mut middles = vec![[0f32; RIMMED_SIDE]; RIMMED_SIDE];
+        for (j, row) in middles.iter_mut().enumerate() {
+            for (block, lit) in row.chunks_mut(RAYS).enumerate() {
+                let dark = dark(&|lane| point((block * RAYS + lane).min(RIMMED_SIDE - 1), j, [0.0; 2]));
+                lit.iter_mut().zip(dark).for_each(|(lit, dark)| *lit = f32::from(u8::from(!dark)));
+            }
+        }
         let mut refined = middles.clone();
         for j in 1..RIMMED_SIDE - 1 {
             for i in 1..RIMMED_SIDE - 1 {
                 let sum = middles[j - 1][i] + middles[j + 1][i] + middles[j][i - 1] + middles[j][i + 1];
                 if sum != 4.0 * middles[j][i] {
-                    let rays = SUBPIXEL_RAYS.iter().filter(|aside| lit(i, j, **aside)).count();
-                    refined[j][i] = rays as f32 / SUBPIXEL_RAYS.len() as f32;
+                    let dark = dark(&|lane| point(i, j, SUBPIXEL_RAYS[lane]));
+                    refined[j][i] = dark.iter().filter(|dark| !**dark).count() as f32 / RAYS as f32;
                 }
             }
         }

@@ -1,11 +1,14 @@
-//! The crown of a tree: a dozen balls of leaves, intersected with a ray all at once.
+//! The crown of a tree: a dozen balls of leaves, intersected with a bundle of rays.
 //!
 //! A ray `from + t d` is nearest to a centre `c` at `m = (c - from) . d / d . d`. With `a` the distance there, squared,
 //! and the chord `h = r^2 - a > 0` it enters the ball at `t = m - sqrt(h / d . d)`.
-//!
-//! Coordinates are stored as one array per axis, so that the compiler computes several balls in one instruction.
+
+// Lanes are counted, not iterated: only plain loops become vector instructions of the caller's instruction set.
+#![allow(clippy::needless_range_loop)]
 
 use nalgebra::Vector3;
+
+use super::bundle::{Lanes, RAYS, Rays, any_positive};
 
 /// Number of balls of a crown.
 pub const BALLS_PER_CROWN: usize = 12;
@@ -29,33 +32,33 @@ impl Crown {
         }
     }
 
-    /// Returns the distance at which a ray first enters a ball, and the index of that ball; `None` if that is not
-    /// nearer than `limit`. Distances are in lengths of `direction`.
-    pub fn enter(&self, from: &Vector3<f32>, direction: &Vector3<f32>, limit: f32) -> Option<(f32, usize)> {
-        let square = direction.norm_squared();
-        let mut middle = [0f32; BALLS_PER_CROWN];
-        let mut chord = [0f32; BALLS_PER_CROWN];
+    /// Passes the ball that each ray enters first, before its limit, to `record`: lane, whether there is one, distance
+    /// in lengths of the direction, and index. Limits become the distances.
+    #[inline(always)]
+    pub fn enter(&self, rays: &Rays, limit: &mut Lanes, mut record: impl FnMut(usize, bool, f32, u32)) {
+        let (from, direction, square) = (&rays.from, &rays.direction, &rays.square);
         for k in 0..BALLS_PER_CROWN {
-            let (x, y, z) = (self.x[k] - from.x, self.y[k] - from.y, self.z[k] - from.z);
-            let m = (x * direction.x + y * direction.y + z * direction.z) / square;
-            // Avoids the difference of two large numbers.
-            let (x, y, z) = (x - direction.x * m, y - direction.y * m, z - direction.z * m);
-            middle[k] = m;
-            chord[k] = self.radius[k] * self.radius[k] - (x * x + y * y + z * z);
-        }
-        if chord.iter().fold(0f32, |most, chord| most.max(*chord)) <= 0.0 {
-            return None;
-        }
-        // The root of a negative chord is not a number, and no comparison with it holds.
-        let along: [f32; BALLS_PER_CROWN] = std::array::from_fn(|k| middle[k] - (chord[k] / square).sqrt());
-        let mut first = None;
-        let mut nearest = limit;
-        for (k, &along) in along.iter().enumerate() {
-            if chord[k] > 0.0 && along > 0.0 && along < nearest {
-                (first, nearest) = (Some((along, k)), along);
+            let mut middle = [0f32; RAYS];
+            let mut chord = [0f32; RAYS];
+            for l in 0..RAYS {
+                let (x, y, z) = (self.x[k] - from.x[l], self.y[k] - from.y[l], self.z[k] - from.z[l]);
+                let m = (x * direction.x[l] + y * direction.y[l] + z * direction.z[l]) / square[l];
+                // Avoids the difference of two large numbers.
+                let (x, y, z) = (x - direction.x[l] * m, y - direction.y[l] * m, z - direction.z[l] * m);
+                middle[l] = m;
+                chord[l] = self.radius[k] * self.radius[k] - (x * x + y * y + z * z);
+            }
+            if !any_positive(&chord) {
+                continue;
+            }
+            for l in 0..RAYS {
+                // The root of a negative chord is not a number, and no comparison with it holds.
+                let along = middle[l] - (chord[l] / square[l]).sqrt();
+                let hits = chord[l] > 0.0 && along > 0.0 && along < limit[l];
+                limit[l] = if hits { along } else { limit[l] };
+                record(l, hits, along, k as u32);
             }
         }
-        first
     }
 
     /// Returns the outward normal at a point of a ball.

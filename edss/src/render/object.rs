@@ -5,8 +5,12 @@
 //! `1/2 - d / w` of a pixel of width `w`, with `d` the signed distance to its edge, so that one sample per pixel is
 //! enough.
 
+// Lanes are counted, not iterated: only plain loops become vector instructions of the caller's instruction set.
+#![allow(clippy::needless_range_loop)]
+
 use nalgebra::{Vector2, Vector3};
 
+use super::bundle::{FirstHits, Lanes, RAYS, Rays, Shadow, any_positive};
 use super::crown::{BALLS_PER_CROWN, Crown};
 use crate::scene::{Building, Car, Helipad, Roof, Tree, point};
 
@@ -88,22 +92,21 @@ enum Shape {
     Bar { along: Vector2<f32>, half: [f32; 2] },
 }
 
-/// The hit of a ray on an object.
+/// The surface of an object at a point.
 #[derive(Debug, Clone, Copy)]
-pub struct Hit {
-    /// Distance along the ray, in lengths of its direction.
-    pub along: f32,
-    /// Outward normal of the surface.
+pub struct SurfaceAt {
+    /// Outward normal.
     pub normal: Vector3<f32>,
     /// Part of the light that is reflected.
     pub albedo: f32,
-    /// Index of the face or ball.
-    pub part: u32,
     /// Spacing of courses of tiles, m; 0 for a plain face.
     pub course: f32,
     /// `true` for leaves.
     pub leaves: bool,
 }
+
+/// Most faces of a solid. A part of an object of solids is a face, numbered solid by solid.
+const FACES_PER_SOLID: usize = 8;
 
 /// Depth to which buildings continue into the ground, m, so that they have no gap on a slope.
 const FOUNDATION_DEPTH_M: f32 = 4.0;
@@ -126,32 +129,44 @@ impl Object {
         !matches!(self.form, Form::Paint(_))
     }
 
-    /// Returns the first hit of a ray that is given relative to the centre, or `None` if there is none before the
-    /// distance `nearest`.
-    pub fn hit(&self, from: &Vector3<f32>, direction: &Vector3<f32>, nearest: f32) -> Option<Hit> {
-        if !line_passes_within(from, direction, self.radius) {
-            return None;
+    /// Records the parts that rays hit before what `hits` has, as `code` plus the number of the part; the rays are
+    /// relative to the centre.
+    #[inline(always)]
+    pub fn enter(&self, rays: &Rays, hits: &mut FirstHits, code: u32) {
+        let mut limit = rays.limit_within(self.radius, &hits.along);
+        if !any_positive(&limit) {
+            return;
         }
+        let record = |l, is_hit, along, part| hits.record(l, is_hit, along, code + part);
         match &self.form {
             Form::Solids(solids) => {
-                let mut first: Option<Hit> = None;
+                let mut record = record;
                 for (k, solid) in solids.iter().enumerate() {
-                    let limit = first.map_or(nearest, |hit| hit.along);
-                    if let Some((along, face)) = solid.enter(from, direction, limit) {
-                        let Face { normal, albedo, course, .. } = solid.faces[face];
-                        first = Some(Hit { along, normal, albedo, part: (8 * k + face) as u32, course, leaves: false });
-                    }
+                    solid.enter(rays, &mut limit, |l, is_hit, along, face| {
+                        record(l, is_hit, along, (FACES_PER_SOLID * k) as u32 + face);
+                    });
                 }
-                first
+            }
+            Form::Balls(crown) => crown.enter(rays, &mut limit, record),
+            Form::Paint(_) => {}
+        }
+    }
+
+    /// Returns the surface of a part at a point relative to the centre, m.
+    pub fn surface(&self, part: u32, point: &Vector3<f32>) -> SurfaceAt {
+        match &self.form {
+            Form::Solids(solids) => {
+                let Face { normal, albedo, course, .. } =
+                    solids[part as usize / FACES_PER_SOLID].faces[part as usize % FACES_PER_SOLID];
+                SurfaceAt { normal, albedo, course, leaves: false }
             }
             Form::Balls(crown) => {
-                let (along, ball) = crown.enter(from, direction, nearest)?;
-                let normal = crown.normal(ball, &(from + direction * along));
+                let ball = part as usize;
                 // Neighbouring balls differ in brightness, or a crown would be one smooth dome.
                 let albedo = 0.19 + 0.022 * (ball * 7 % 5) as f32;
-                Some(Hit { along, normal, albedo, part: ball as u32, course: 0.0, leaves: true })
+                SurfaceAt { normal: crown.normal(ball, point), albedo, course: 0.0, leaves: true }
             }
-            Form::Paint(_) => None,
+            Form::Paint(_) => unreachable!("no ray hits paint"),
         }
     }
 
@@ -171,14 +186,25 @@ impl Object {
         }
     }
 
-    /// Returns `true` if the object shades a point relative to the centre.
-    pub fn shades(&self, point: &Vector3<f32>, to_sun: &Vector3<f32>) -> bool {
-        line_passes_within(point, to_sun, self.radius)
-            && match &self.form {
-                Form::Solids(solids) => solids.iter().any(|solid| solid.shades(point, to_sun)),
-                Form::Balls(crown) => crown.enter(point, to_sun, f32::INFINITY).is_some(),
-                Form::Paint(_) => false,
+    /// Sets the limit of the rays to the sun that enter the object to minus infinity; the rays are relative to the
+    /// centre.
+    #[inline(always)]
+    pub fn shade(&self, rays: &Rays, shadow: Shadow, left: &mut Lanes) {
+        let mut limit = rays.limit_within(self.radius, left);
+        if !any_positive(&limit) {
+            return;
+        }
+        match &self.form {
+            Form::Solids(solids) => {
+                for solid in solids {
+                    solid.shade(rays, shadow, &limit, left);
+                }
             }
+            Form::Balls(crown) => crown.enter(rays, &mut limit, |l, enters, _, _| {
+                left[l] = if enters { f32::NEG_INFINITY } else { left[l] };
+            }),
+            Form::Paint(_) => {}
+        }
     }
 
     /// Returns `true` if the object never moves.
@@ -187,17 +213,6 @@ impl Object {
             Path::Still(_) => true,
             Path::Drive { speed, .. } => speed == 0.0,
         }
-    }
-
-    /// Returns `true` if a point relative to the centre is shaded or inside the object. Ground inside a wall counts as
-    /// dark, or smoothing would brighten the foot of the wall.
-    pub fn shades_or_contains(&self, point: &Vector3<f32>, to_sun: &Vector3<f32>) -> bool {
-        line_passes_within(point, to_sun, self.radius)
-            && match &self.form {
-                Form::Solids(solids) => solids.iter().any(|solid| solid.sun_ray_entry(point, to_sun).is_some()),
-                Form::Balls(_) => self.shades(point, to_sun),
-                Form::Paint(_) => false,
-            }
     }
 
     /// Returns the albedo of ground of albedo `albedo` with the paint on it, at a point relative to the centre, for a
@@ -350,13 +365,6 @@ fn box_at(cos: f32, sin: f32, at: Vector2<f32>, half: [f32; 2], heights: [f32; 2
     Solid::new(faces, [cos, sin], centre, [half[0], half[1], 0.5 * (heights[1] - heights[0])])
 }
 
-/// Returns `true` if the line of a ray passes within `radius` of the origin.
-#[inline(always)]
-fn line_passes_within(from: &Vector3<f32>, direction: &Vector3<f32>, radius: f32) -> bool {
-    // Squared distance of the line, times the squared length of the direction.
-    from.cross(direction).norm_squared() <= radius * radius * direction.norm_squared()
-}
-
 impl Solid {
     /// Creates a solid that a box about `centre` bounds; `half` are half its sides along `(cos, sin)`, across it, and
     /// vertically.
@@ -370,31 +378,34 @@ impl Solid {
         Self { faces, centre, radius, corners: std::array::from_fn(corner), shade: Vec::new() }
     }
 
-    /// Returns the distance at which a ray enters, and the index of the face, if that is before `limit`.
-    #[inline]
-    fn enter(&self, from: &Vector3<f32>, direction: &Vector3<f32>, limit: f32) -> Option<(f32, usize)> {
-        if !line_passes_within(&(from - self.centre), direction, self.radius) {
-            return None;
+    /// Passes the face through which each ray enters before its limit to `record`: lane, whether it enters, distance in
+    /// lengths of the direction, and index of the face. Limits become the distances.
+    #[inline(always)]
+    fn enter(&self, rays: &Rays, limit: &mut Lanes, mut record: impl FnMut(usize, bool, f32, u32)) {
+        let mut last = rays.about(&self.centre).limit_within(self.radius, limit);
+        if !any_positive(&last) {
+            return;
         }
-        let (mut first, mut last, mut through) = (0.0f32, limit, usize::MAX);
+        let (mut first, mut through) = ([0f32; RAYS], [u32::MAX; RAYS]);
         for (k, face) in self.faces.iter().enumerate() {
-            let rate = face.normal.dot(direction);
-            let room = face.offset - face.normal.dot(from);
-            if rate < 0.0 {
-                let entry = room / rate;
-                if entry > first {
-                    (first, through) = (entry, k);
-                }
-            } else if rate > 0.0 {
-                last = last.min(room / rate);
-            } else if room < 0.0 {
-                return None;
-            }
-            if first > last {
-                return None;
+            let (rate, inside) = (rays.direction.dot(&face.normal), rays.from.dot(&face.normal));
+            for l in 0..RAYS {
+                let room = face.offset - inside[l];
+                let crossing = room / rate[l];
+                let enters = rate[l] < 0.0 && crossing > first[l];
+                first[l] = if enters { crossing } else { first[l] };
+                through[l] = if enters { k as u32 } else { through[l] };
+                let leaves = rate[l] > 0.0 && crossing < last[l];
+                last[l] = if leaves { crossing } else { last[l] };
+                let misses = rate[l] == 0.0 && room < 0.0;
+                last[l] = if misses { f32::NEG_INFINITY } else { last[l] };
             }
         }
-        (through != usize::MAX).then_some((first, through))
+        for l in 0..RAYS {
+            let enters = first[l] <= last[l] && through[l] != u32::MAX;
+            limit[l] = if enters { first[l] } else { limit[l] };
+            record(l, enters, first[l], through[l]);
+        }
     }
 
     fn set_sun(&mut self, to_sun: &Vector3<f32>) {
@@ -409,29 +420,29 @@ impl Solid {
         self.shade = self.faces.iter().map(shade).collect();
     }
 
-    /// Returns `true` if the ray from a point to the sun enters the solid; a point inside or on a face does not count.
-    #[inline]
-    fn shades(&self, point: &Vector3<f32>, to_sun: &Vector3<f32>) -> bool {
-        self.sun_ray_entry(point, to_sun).is_some_and(|first| first > 0.0)
-    }
-
-    /// Returns the distance at which the ray from a point to the sun enters the solid; 0 from inside.
-    #[inline]
-    fn sun_ray_entry(&self, point: &Vector3<f32>, to_sun: &Vector3<f32>) -> Option<f32> {
-        if !line_passes_within(&(point - self.centre), to_sun, self.radius) {
-            return None;
+    /// Sets `left` of the rays to the sun that enter the solid to minus infinity, as far as `limit` lets them.
+    #[inline(always)]
+    fn shade(&self, rays: &Rays, shadow: Shadow, limit: &Lanes, left: &mut Lanes) {
+        let mut last = rays.about(&self.centre).limit_within(self.radius, limit);
+        if !any_positive(&last) {
+            return;
         }
-        let (mut first, mut last) = (0.0f32, f32::INFINITY);
+        let mut first = [0f32; RAYS];
         for shade in &self.shade {
-            let crossing = shade.offset - shade.normal.dot(point);
-            match shade.side {
-                Crossing::Enters => first = first.max(crossing),
-                Crossing::Leaves => last = last.min(crossing),
-                Crossing::Along if crossing < 0.0 => return None,
-                Crossing::Along => {}
+            let inside = rays.from.dot(&shade.normal);
+            for l in 0..RAYS {
+                let crossing = shade.offset - inside[l];
+                match shade.side {
+                    Crossing::Enters => first[l] = if crossing > first[l] { crossing } else { first[l] },
+                    Crossing::Leaves => last[l] = if crossing < last[l] { crossing } else { last[l] },
+                    Crossing::Along => last[l] = if crossing < 0.0 { f32::NEG_INFINITY } else { last[l] },
+                }
             }
         }
-        (first <= last).then_some(first)
+        for l in 0..RAYS {
+            let outside = shadow == Shadow::OfGround || first[l] > 0.0;
+            left[l] = if first[l] <= last[l] && outside { f32::NEG_INFINITY } else { left[l] };
+        }
     }
 }
 

@@ -5,11 +5,13 @@
 //! shadow. A pixel that differs from one of its four neighbours in face, object or shadow is on an edge; its value is
 //! the mean of eight rays within it.
 
+use multiversion::multiversion;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
+use super::bundle::{Lanes, Placed, RAYS, Shadow, Vectors, first_hits, shaded};
 use super::grain::{HARD, LEAF, LocalGrain};
-use super::object::{Hit, Object};
-use super::row::{KNOT_SPACING, Row, Viewpoint};
+use super::object::{Object, SurfaceAt};
+use super::row::{KNOT_SPACING, Knot, Row, Viewpoint};
 use super::shade::SKY_LIGHT;
 use super::view::Lens;
 use super::{Renderer, Surface};
@@ -27,9 +29,10 @@ pub struct ObjectTiles {
     across: usize,
     /// Objects that may be visible in a tile.
     seen: Vec<Vec<u32>>,
-    /// Objects that may cast a shadow on something visible in a tile.
-    shading: Vec<Vec<u32>>,
-    /// The moving ones of `shading`: shadows of the others are part of the composed ground.
+    /// Objects at rest that may cast a shadow on something visible in a tile. Their shadows on the ground are part of
+    /// the composed ground.
+    still: Vec<Vec<u32>>,
+    /// Moving objects that may cast a shadow on something visible in a tile.
     moving: Vec<Vec<u32>>,
 }
 
@@ -56,7 +59,7 @@ impl RowView {
 }
 
 /// Eight sample points of a pixel, of which no two share a row or a column; pixels from its middle.
-pub const SUBPIXEL_RAYS: [[f32; 2]; 8] = [
+pub const SUBPIXEL_RAYS: [[f32; 2]; RAYS] = [
     [-0.4375, 0.0625],
     [-0.3125, -0.3125],
     [-0.1875, 0.3125],
@@ -76,7 +79,7 @@ impl ObjectTiles {
         let centres: Vec<Vector3<f64>> = renderer.objects.iter().zip(&renderer.centres).map(at).collect();
         let (across, down) = (size[0].div_ceil(TILE_COLUMNS), size[1].div_ceil(BAND_ROWS));
         let mut seen = vec![Vec::new(); across * down];
-        let (mut shading, mut moving) = (seen.clone(), seen.clone());
+        let (mut still, mut moving) = (seen.clone(), seen.clone());
         let lowest = renderer.lowest_ground();
         let composed = matches!(renderer.surface, Surface::Land(_));
         for (k, (object, centre)) in renderer.objects.iter().zip(&centres).enumerate() {
@@ -96,13 +99,11 @@ impl ObjectTiles {
                 let shadows: Vec<Vector3<f64>> = points.iter().map(shadow_end).collect();
                 let Some(shaded) = project_spheres(lens, ends, &shadows, radius.into()) else { continue };
                 outline.extend(shaded);
-                list_in_tiles(&mut shading, [across, down], &outline, k as u32);
-                if !object.is_static() {
-                    list_in_tiles(&mut moving, [across, down], &outline, k as u32);
-                }
+                let shading = if object.is_static() { &mut still } else { &mut moving };
+                list_in_tiles(shading, [across, down], &outline, k as u32);
             }
         }
-        Self { centres, across, seen, shading, moving }
+        Self { centres, across, seen, still, moving }
     }
 
     /// Returns `true` if a tile in the row of tiles at pixel row `y` lists an object.
@@ -238,13 +239,24 @@ impl Renderer {
             if near.seen.is_empty() && near.moving.is_empty() {
                 continue;
             }
-            for x in tile * TILE_COLUMNS..((tile + 1) * TILE_COLUMNS).min(labels.len()) {
-                let (block, lane) = (x / KNOT_SPACING, x % KNOT_SPACING);
-                let ray = Ray { direction: row.direction(x), ground: row.along[block][lane] };
-                let (label, radiance) = self.trace(&near, &ray, ground[x], row, x, grain);
-                labels[x] = label;
-                if label != 0 {
-                    out[x] = radiance;
+            let blocks = TILE_COLUMNS / KNOT_SPACING;
+            for block in tile * blocks..((tile + 1) * blocks).min(labels.len().div_ceil(KNOT_SPACING)) {
+                let pixels = block * KNOT_SPACING..((block + 1) * KNOT_SPACING).min(labels.len());
+                let mut light = [0.0; RAYS];
+                light[..pixels.len()].copy_from_slice(&ground[pixels.clone()]);
+                let rays = BlockRays {
+                    direction: row.directions(block),
+                    ground: row.along[block],
+                    light,
+                    part: std::array::from_fn(|l| l as f32 / KNOT_SPACING as f32),
+                    ends: [row.knots[block], row.knots[block + 1]],
+                };
+                let (found, radiance) = self.trace(&near, &rays, grain);
+                for (x, (label, radiance)) in pixels.zip(found.into_iter().zip(radiance)) {
+                    labels[x] = label;
+                    if label != 0 {
+                        out[x] = radiance;
+                    }
                 }
             }
         }
@@ -281,15 +293,20 @@ impl Renderer {
             let (block, lane) = (x / KNOT_SPACING, x % KNOT_SPACING);
             let (middle, along) = (row.direction(x), row.along[block][lane]);
             let depth = along * middle.z;
-            let sum: f32 = SUBPIXEL_RAYS
-                .iter()
-                .map(|[dx, dy]| {
-                    let direction = middle + right * *dx + down * *dy;
-                    let ray = Ray { direction, ground: depth / direction.z };
-                    self.trace(&tile.1, &ray, here.ground[x], row, x, grain).1
-                })
-                .sum();
-            out[x] = sum / SUBPIXEL_RAYS.len() as f32;
+            let mut rays = BlockRays {
+                direction: Vectors::all(&middle),
+                ground: [0.0; RAYS],
+                light: [here.ground[x]; RAYS],
+                part: [lane as f32 / KNOT_SPACING as f32; RAYS],
+                ends: [row.knots[block], row.knots[block + 1]],
+            };
+            for (l, [dx, dy]) in SUBPIXEL_RAYS.iter().enumerate() {
+                let direction = middle + right * *dx + down * *dy;
+                rays.direction.set(l, &direction);
+                rays.ground[l] = depth / direction.z;
+            }
+            let (_, radiance) = self.trace(&tile.1, &rays, grain);
+            out[x] = radiance.iter().sum::<f32>() / RAYS as f32;
         }
     }
 
@@ -298,126 +315,143 @@ impl Renderer {
         let placed = |&k: &u32| {
             let object = &self.objects[k as usize];
             let centre = (tiles.centres[k as usize] - viewpoint.origin).map(|v| v as f32);
-            object.is_solid().then_some(Placed { object, centre, label: k + 1 })
+            object.is_solid().then_some(Placed { object, centre })
         };
         let tile = tiles.tile(x, y);
+        let is_solid = |&&k: &&u32| self.objects[k as usize].is_solid();
         TileObjects {
+            labels: tiles.seen[tile].iter().filter(is_solid).map(|k| k + 1).collect(),
             seen: tiles.seen[tile].iter().filter_map(placed).collect(),
-            shading: tiles.shading[tile].iter().filter_map(placed).collect(),
+            still: tiles.still[tile].iter().filter_map(placed).collect(),
             moving: tiles.moving[tile].iter().filter_map(placed).collect(),
             anchor: viewpoint.origin.xy(),
         }
     }
 
-    /// Traces a ray and returns the label and the radiance; `ground` is the light reflected by the ground.
-    fn trace(
-        &self,
-        near: &TileObjects<'_>,
-        ray: &Ray,
-        ground: f32,
-        row: &Row,
-        x: usize,
-        grain: &LocalGrain<'_>,
-    ) -> (Label, f32) {
-        let mut first: Option<(Hit, &Placed<'_>)> = None;
-        for object in &near.seen {
-            let limit = first.map_or(ray.ground, |(hit, _)| hit.along);
-            if let Some(hit) = object.object.hit(&-object.centre, &ray.direction, limit) {
-                first = Some((hit, object));
-            }
+    /// Traces rays and returns their labels and radiances.
+    fn trace(&self, near: &TileObjects<'_>, rays: &BlockRays, grain: &LocalGrain<'_>) -> ([Label; RAYS], Lanes) {
+        let to_sun = self.to_sun.map(|v| v as f32);
+        let hits = first_hits(&near.seen, &rays.direction, &rays.ground);
+        let mut points = rays.direction;
+        let mut surfaces = [None; RAYS];
+        // Points where the grain of surfaces is sampled, and points from which the sun is looked for.
+        let (mut grained, mut raised) = ([[0.0; RAYS]; 2], rays.direction);
+        let mut sunlight = [0.0; RAYS];
+        for lane in 0..RAYS {
+            let point = rays.direction.get(lane) * hits.along[lane];
+            points.set(lane, &point);
+            let Some((index, part)) = hits.surface(lane) else { continue };
+            let placed = &near.seen[index];
+            // From the camera, in the order of the intersection itself: the same bits.
+            let surface = placed.object.surface(part, &(-placed.centre + point));
+            // The height is that over the object, not over the camera: otherwise the pattern of leaves would slide over
+            // the crown while the camera climbs.
+            let z = if surface.leaves { point.z - placed.centre.z } else { 0.0 };
+            (grained[0][lane], grained[1][lane]) = (point.x + 0.7 * z, point.y - 0.5 * z);
+            raised.set(lane, &(point + surface.normal * 0.02));
+            let facing = (surface.normal.dot(&to_sun) / -self.to_sun.z as f32).max(0.0);
+            // Leaves transmit light and have all orientations.
+            sunlight[lane] = if surface.leaves { 0.25 + 0.75 * facing } else { facing };
+            surfaces[lane] = Some((surface, index, part));
         }
-        let (block, part) = (x / KNOT_SPACING, (x % KNOT_SPACING) as f32 / KNOT_SPACING as f32);
-        let (a, b) = (&row.knots[block], &row.knots[block + 1]);
-        let along = first.map_or(ray.ground, |(hit, _)| hit.along);
-        let point = ray.direction * along;
-        let (shaded, reflected) = match first {
-            None if self.is_shaded(&near.moving, &point) => (true, self.shadowed(near, &point, ground)),
-            None => (false, ground),
-            Some((hit, object)) => {
-                let facing = (hit.normal.dot(&self.to_sun.map(|v| v as f32)) / -self.to_sun.z as f32).max(0.0);
-                let (facing, albedo) = if !hit.leaves {
-                    let [fine] = grain.sample(&[point.x], &[point.y], a.footprint);
-                    let courses = course_brightness(&hit, &(point - object.centre), a.footprint);
-                    (facing, hit.albedo * (1.0 + 0.07 * fine[HARD] + courses))
-                } else {
-                    // Leaves transmit light and have all orientations. The height is that over the object, not over the
-                    // camera: otherwise the pattern would slide over the crown while the camera climbs.
-                    let z = point.z - object.centre.z;
-                    let [fine] = grain.sample(&[point.x + 0.7 * z], &[point.y - 0.5 * z], a.footprint);
-                    (0.25 + 0.75 * facing, hit.albedo * (1.0 + 0.30 * fine[LEAF]).max(0.2))
-                };
-                let shaded = facing > 0.0 && self.is_shaded(&near.shading, &(point + hit.normal * 0.02));
-                (shaded, albedo * (SKY_LIGHT + (1.0 - SKY_LIGHT) * if shaded { 0.0 } else { facing }))
-            }
-        };
-        // All of a crown has one label: it is rough anyway, and its edges would take half of the rendering time.
-        let label = match first {
-            None => u32::from(shaded),
-            Some((hit, object)) if hit.leaves => (object.label << 8) | 0x80,
-            Some((hit, object)) => (object.label << 8) | 0x80 | (hit.part << 1) | u32::from(shaded),
-        };
-        let transmission = a.transmission + part * (b.transmission - a.transmission);
-        // An object is nearer than the ground behind it.
-        let transmission =
-            if first.is_some() && self.extinction > 0.0 { transmission.powf(along / ray.ground) } else { transmission };
-        (label, self.radiance(reflected, transmission))
+        let open = surfaces.map(|surface| surface.is_none());
+        let is_hit = open.contains(&false);
+        let fine = if is_hit { sample_grain(grain, &grained, rays.ends[0].footprint) } else { [[0.0; 4]; RAYS] };
+        let dark = self.shaded(near, &raised, &sunlight.map(|sunlight| sunlight > 0.0));
+        let over_ground = shaded(&near.moving, &points, &to_sun, Shadow::OfSurface, open);
+        let shadowed =
+            over_ground.contains(&true).then(|| shaded(&near.still, &points, &to_sun, Shadow::OfSurface, over_ground));
+        let mut labels = [0; RAYS];
+        let mut radiances = [0.0; RAYS];
+        for lane in 0..RAYS {
+            let reflected = match surfaces[lane] {
+                None if !over_ground[lane] => rays.light[lane],
+                None if shadowed.is_some_and(|shadowed| shadowed[lane]) => rays.light[lane],
+                None => self.shadowed(near.anchor, &points.get(lane), rays.light[lane]),
+                Some((surface, index, _)) => {
+                    let albedo = if surface.leaves {
+                        surface.albedo * (1.0 + 0.30 * fine[lane][LEAF]).max(0.2)
+                    } else {
+                        let point = points.get(lane) - near.seen[index].centre;
+                        let courses = course_brightness(&surface, &point, rays.ends[0].footprint);
+                        surface.albedo * (1.0 + 0.07 * fine[lane][HARD] + courses)
+                    };
+                    albedo * (SKY_LIGHT + (1.0 - SKY_LIGHT) * if dark[lane] { 0.0 } else { sunlight[lane] })
+                }
+            };
+            // All of a crown has one label: it is rough anyway, and its edges would take half of the rendering time.
+            labels[lane] = match surfaces[lane] {
+                None => u32::from(over_ground[lane]),
+                Some((surface, index, _)) if surface.leaves => (near.labels[index] << 8) | 0x80,
+                Some((_, index, part)) => (near.labels[index] << 8) | 0x80 | (part << 1) | u32::from(dark[lane]),
+            };
+            let [a, b] = rays.ends.map(|knot| knot.transmission);
+            let transmission = a + rays.part[lane] * (b - a);
+            // An object is nearer than the ground behind it.
+            let transmission = if surfaces[lane].is_some() && self.extinction > 0.0 {
+                transmission.powf(hits.along[lane] / rays.ground[lane])
+            } else {
+                transmission
+            };
+            radiances[lane] = self.radiance(reflected, transmission);
+        }
+        (labels, radiances)
     }
 
-    /// Returns the light of ground in the shadow of a moving object: that of the sky only, unless a static object
-    /// shades the ground already.
-    fn shadowed(&self, near: &TileObjects<'_>, point: &Vector3<f32>, ground: f32) -> f32 {
-        if near.shading.iter().any(|object| object.object.is_static() && object.shades(point, &self.to_sun)) {
-            return ground;
-        }
-        let at = near.anchor + point.xy().map(f64::from);
+    /// Returns the light of the sky alone on ground that reflects `light`, at a point relative to the `anchor`.
+    fn shadowed(&self, anchor: Vector2<f64>, point: &Vector3<f32>, light: f32) -> f32 {
+        let at = anchor + point.xy().map(f64::from);
         let slope = self.relief.as_ref().map_or([0.0; 2], |relief| relief.at(at).slope);
-        ground * SKY_LIGHT / (SKY_LIGHT + (1.0 - SKY_LIGHT) * self.sunlight(slope))
+        light * SKY_LIGHT / (SKY_LIGHT + (1.0 - SKY_LIGHT) * self.sunlight(slope))
     }
 
-    fn is_shaded(&self, shading: &[Placed<'_>], point: &Vector3<f32>) -> bool {
-        shading.iter().any(|object| object.shades(point, &self.to_sun))
+    /// Returns which of the `open` points an object shades, relative to the camera.
+    fn shaded(&self, near: &TileObjects<'_>, points: &Vectors, open: &[bool; RAYS]) -> [bool; RAYS] {
+        let to_sun = self.to_sun.map(|v| v as f32);
+        let still = shaded(&near.still, points, &to_sun, Shadow::OfSurface, *open);
+        let left = std::array::from_fn(|l| open[l] && !still[l]);
+        let moving = shaded(&near.moving, points, &to_sun, Shadow::OfSurface, left);
+        std::array::from_fn(|l| still[l] || moving[l])
     }
 }
 
 /// Returns the relative brightness of the courses of tiles on a roof, at a point relative to the object. It fades as a
 /// pixel approaches the width of a course.
-fn course_brightness(hit: &Hit, point: &Vector3<f32>, footprint: f32) -> f32 {
-    if hit.course == 0.0 {
+fn course_brightness(surface: &SurfaceAt, point: &Vector3<f32>, footprint: f32) -> f32 {
+    if surface.course == 0.0 {
         return 0.0;
     }
-    let down = hit.normal.xy().normalize().dot(&point.xy()) / hit.course;
-    let seen = (1.0 - 1.5 * libm::exp2f(footprint) / hit.course).max(0.0);
+    let down = surface.normal.xy().normalize().dot(&point.xy()) / surface.course;
+    let seen = (1.0 - 1.5 * libm::exp2f(footprint) / surface.course).max(0.0);
     0.16 * seen * (2.0 * (down - down.floor()) - 1.0)
+}
+
+/// Samples the grain at points `(x, y)` m from its anchor.
+#[multiversion(targets("x86_64+avx2"))]
+fn sample_grain(grain: &LocalGrain<'_>, points: &[Lanes; 2], footprint: f32) -> [[f32; 4]; RAYS] {
+    grain.sample(&points[0], &points[1], footprint)
 }
 
 /// The solid objects of a tile.
 #[derive(Default)]
 struct TileObjects<'a> {
     seen: Vec<Placed<'a>>,
-    shading: Vec<Placed<'a>>,
+    /// A number of each of `seen`, from 1 on, that no other object has.
+    labels: Vec<Label>,
+    still: Vec<Placed<'a>>,
     moving: Vec<Placed<'a>>,
     /// Point on the ground below the camera, m.
     anchor: Vector2<f64>,
 }
 
-/// An object with its position relative to the camera.
-struct Placed<'a> {
-    object: &'a Object,
-    /// Centre relative to the camera, m.
-    centre: Vector3<f32>,
-    label: Label,
-}
-
-impl Placed<'_> {
-    /// Returns `true` if the object shades a point given relative to the camera.
-    fn shades(&self, point: &Vector3<f32>, to_sun: &Vector3<f64>) -> bool {
-        self.object.shades(&(point - self.centre), &to_sun.map(|v| v as f32))
-    }
-}
-
-/// The ray of a pixel or of a sample within it.
-struct Ray {
-    direction: Vector3<f32>,
+/// The rays of eight pixels between two knots, or of eight samples within one of them.
+struct BlockRays {
+    direction: Vectors,
     /// Distance to the ground, in lengths of the direction.
-    ground: f32,
+    ground: Lanes,
+    /// Light reflected by the ground.
+    light: Lanes,
+    /// Position between the knots, 0 to 1.
+    part: Lanes,
+    ends: [Knot; 2],
 }

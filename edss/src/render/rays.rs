@@ -2,6 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use super::bundle::{Placed, RAYS, Vectors, first_hits};
 use super::relief::Relief;
 use super::row::{KNOT_SPACING, Knot, MIN_DOWNWARD, Row, Viewpoint, interpolate_points};
 use super::{Lens, Renderer};
@@ -15,15 +16,15 @@ impl Renderer {
     /// if there is none within 10 km.
     pub fn range(&self, time: f64, origin: Vector3<f64>, direction: Vector3<f64>) -> Option<f64> {
         let ray = direction.map(|v| v as f32);
-        let mut nearest = self.terrain_range(origin, direction);
-        for object in self.objects.iter().filter(|object| object.is_solid()) {
-            let from = (origin - self.centre(object, time)).map(|v| v as f32);
-            let limit = nearest.map_or(MAX_RANGE_M as f32, |range| range as f32);
-            if let Some(hit) = object.hit(&from, &ray, limit) {
-                nearest = Some(hit.along.into());
-            }
-        }
-        nearest
+        let nearest = self.terrain_range(origin, direction);
+        let placed = |object| {
+            let centre = (self.centre(object, time) - origin).map(|v| v as f32);
+            Placed { object, centre }
+        };
+        let objects: Vec<Placed<'_>> = self.objects.iter().filter(|object| object.is_solid()).map(placed).collect();
+        let limit = nearest.map_or(MAX_RANGE_M as f32, |range| range as f32);
+        let hits = first_hits(&objects, &Vectors::all(&ray), &[limit; RAYS]);
+        hits.surface(0).map(|_| hits.along[0].into()).or(nearest)
     }
 
     /// Returns the point of the scene that a pixel shows at `time`, m; `None` if its ray hits nothing.

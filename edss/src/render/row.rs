@@ -7,6 +7,7 @@
 use multiversion::multiversion;
 use nalgebra::{Matrix3, Vector3};
 
+use super::bundle::Vectors;
 use super::view::Corrections;
 use crate::pose::Pose;
 
@@ -75,6 +76,13 @@ impl Row {
     ) {
         let start = inverse * Vector3::new(0.0, y as f64, 1.0);
         aim(&mut self.directions, [start.x, inverse[(0, 0)], start.y], corrections, &rotation.map(|v| v as f32));
+    }
+
+    /// Returns the directions of the rays of the pixels between two knots.
+    pub fn directions(&self, block: usize) -> Vectors {
+        let of = |axis: &[f32]| std::array::from_fn(|l| axis[block * KNOT_SPACING + l]);
+        let [dx, dy, dz] = &self.directions;
+        Vectors { x: of(dx), y: of(dy), z: of(dz) }
     }
 
     /// Returns the direction of the ray of pixel `x` in the world, with 1 along the optical axis.
