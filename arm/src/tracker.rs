@@ -32,7 +32,6 @@ use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::budget::Budget;
 use hoverlock_reference::motion::estimator::{Estimator, Workspace};
 use hoverlock_reference::motion::mark::{Part, mark};
-use hoverlock_reference::motion::matching::{GATE_RADIUS_PX, Gate};
 use hoverlock_reference::motion::model::{Pair, transfer};
 use hoverlock_reference::motion::observation::Observation;
 use hoverlock_reference::motion::orthophoto::{Attitude, Camera, View};
@@ -485,18 +484,14 @@ impl Tracker {
         let filter = &self.filter;
         let keyframe = &self.keyframes[k];
         let views = self.views(k, &present.camera).ok_or(Reason::OutOfView)?;
-        let mut estimator = Estimator::default();
-        if let Some((moved, covariance)) = filter.displacement(k) {
-            let sigma = covariance.trace().max(0.0).sqrt() * present.camera.focal() / views[1].height();
-            let prediction = ground_homography(&views[0], &views[1], moved.xy());
-            estimator.matching.gate =
-                (3.5 * sigma <= GATE_RADIUS_PX).then_some(Gate { prediction, radius: GATE_RADIUS_PX });
-        }
         mark(Part::Search);
         let pairs = ACQUIRED_WORK * keyframe.features.len().min(present.features.len());
         let learning = LEARNED_WORK * keyframe.features.len();
         let mut search = budget.split(pairs + learning + filter.work(RESERVED_SIGHTINGS, filter.expected_cells()));
-        let motion = estimator.estimate_in(&mut self.workspace, &mut search, &keyframe.features, present.features);
+        let (workspace, known) = (&mut self.workspace, &keyframe.features);
+        // Without a gate: what is more similar outside it would be looked at to be dropped, and waves agree with a
+        // prediction.
+        let motion = Estimator::default().estimate_in(workspace, &mut search, known, present.features);
         budget.absorb(search);
         mark(Part::Pose);
         let motion = motion?;

@@ -13,7 +13,7 @@ use hoverlock_reference::features::feature::Feature;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::estimate::Estimate;
 use hoverlock_reference::motion::estimator::Estimator;
-use hoverlock_reference::motion::matching::{GATE_RADIUS_PX, Gate, Matching};
+use hoverlock_reference::motion::matching::{Gate, Matching};
 use hoverlock_reference::motion::model::transfer;
 use hoverlock_reference::motion::{pose, refine};
 use nalgebra::{Matrix3, Vector2};
@@ -21,6 +21,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use scene::{Flight, FlightRanges, HEIGHT, Relief, SENSORS, WIDTH, normal, render_with};
 
+/// Radius of the gate about a predicted position, px.
+const GATE_RADIUS_PX: f64 = 192.0;
 const WIDE: FlightRanges =
     FlightRanges { field_of_view: 50.0, tilt: 5.0, tilt_between: 3.0, yaw: 3.0, drift: 4.0, climb: 1.0, relief: 0.0 };
 const CLEAR: Condition = Condition { name: "clear", contrast: 1.0, blur: 0.0, gain_spread: 0.1, full_well: 20_000.0 };

@@ -26,9 +26,6 @@ use buffers::{Best, Group};
 use nalgebra::{Matrix3, Vector2};
 use std::cmp::Ordering;
 
-/// Radius of the gate about a predicted position, px.
-pub const GATE_RADIUS_PX: f64 = 192.0;
-
 /// Work units of a feature in a matching, without its comparisons, from instruction counts on the ARM.
 const FEATURE_WORK: usize = 20;
 
