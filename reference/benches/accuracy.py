@@ -1,4 +1,4 @@
-"""Accuracy over simulated flights, side by side with OpenCV's ORB, AKAZE, BRISK and SIFT (MAGSAC) and Lucas-Kanade (KLT).
+"""Accuracy over simulated flights of what flies, beside OpenCV's ORB, AKAZE, BRISK and SIFT (MAGSAC) and Lucas-Kanade (KLT).
 
 Usage: python accuracy.py [--every N] [--flights N] [--peers orb,akaze,..] [--record COMMAND] FOLDER PICTURE..
 
@@ -7,13 +7,18 @@ each method beside them once, lets the example score all results, as they are an
 tables and plots of `accuracy_report.py`. Each method gets the same frames, stretched to 8 bit between the percentiles 0.5
 and 99.5, at most a thousand features (the strongest), the same matching (mutual best, at most 0.9 of the distance of the
 second best, in both directions) and MAGSAC with 2 px; fewer than 8 inliers are no estimate. KLT follows the thousand best
-corners through a pyramid, there and back. Exit status 2 on bad usage.
+corners through a pyramid, there and back.
+
+What flies is `hoverlock cosim`: the bit-true extractor and the flight program, without samples of an IMU. The first frame is
+its reference, and the second comes twice, 2 s later: once it is searched for, and once tracked. Exit status 2 on bad usage.
 """
 
 import argparse
 import json
+import os
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -25,6 +30,8 @@ MAX_FEATURES, MAX_RATIO, INLIER_RADIUS_PX, MIN_INLIERS = 1000, 0.9, 2.0, 8
 # KLT: quality and distance of the corners as in OpenCV's example; six levels reach a motion of 200 px. A track that returns
 # further than MAX_RETURN_PX from its start is dropped.
 CORNER_QUALITY, CORNER_SEPARATION_PX, WINDOW, TOP_LEVEL, MAX_RETURN_PX = 0.01, 10, (21, 21), 5, 0.5
+# Times of the frames that what flies gets, s: after 2 s a reference is confirmed by one frame.
+FLOWN_AT_S = (0.0, 2.0, 2.067)
 DETECTORS = {
     "orb": lambda: cv2.ORB_create(MAX_FEATURES),
     "akaze": lambda: cv2.xfeatures2d.AKAZE_create(),
@@ -33,13 +40,37 @@ DETECTORS = {
 }
 
 
-def example() -> str:
-    """Builds the example and returns the path of its executable."""
-    command = ["cargo", "build", "--release", "--locked", "--example", "accuracy", "--message-format=json"]
-    root = Path(__file__).resolve().parent.parent
+def build(package: str, name: str, *kind: str) -> str:
+    """Builds a program of a package and returns the path of its executable."""
+    command = ["cargo", "build", "--release", "--locked", "--package", package, *kind, name, "--message-format=json"]
+    root = Path(__file__).resolve().parents[2]
     built = subprocess.run(command, cwd=root, stdout=subprocess.PIPE, check=True, text=True)
     artefacts = (json.loads(line) for line in built.stdout.splitlines() if line.startswith("{"))
-    return next(a["executable"] for a in artefacts if a.get("target", {}).get("name") == "accuracy" and a["executable"])
+    return next(a["executable"] for a in artefacts if a.get("target", {}).get("name") == name and a["executable"])
+
+
+def fly(program: str, folder: Path, name: str) -> None:
+    """Passes the frames of a flight to what flies, and writes its last displacement and covariance for the example."""
+    with tempfile.TemporaryDirectory(dir=folder) as sequence:
+        header, first, second = (folder / f"{name}.telemetry.csv").read_text().split()
+        rows = zip(("ref", "cur", "cur"), FLOWN_AT_S, (first, second, second))
+        lines = ["time_s," + header]
+        for number, (which, time_s, row) in enumerate(rows):
+            os.link(folder / f"{name}.{which}.pgm", Path(sequence, f"{number}.pgm"))
+            lines.append(f"{time_s},{row}")
+        Path(sequence, "telemetry.csv").write_text("\n".join(lines) + "\n")
+        start = time.perf_counter()
+        # Status 1: no frame has an estimate.
+        run = subprocess.run([program, "cosim", "--json", sequence], stdout=subprocess.PIPE, text=True)
+        if run.returncode not in (0, 1):
+            raise subprocess.CalledProcessError(run.returncode, run.args)
+        last = json.loads(run.stdout)["estimates"][-1]
+    found = "none"
+    if "covariance_m2" in last:
+        found = " ".join(str(v) for v in [last["x_e_m"], last["y_e_m"], *last["covariance_m2"]])
+    part = folder / f"{name}.flies.part"
+    part.write_text(f"{1e3 * (time.perf_counter() - start):.3f}\n{found}\n")
+    part.rename(folder / f"{name}.flies.txt")
 
 
 def eight_bit(path: Path):
@@ -132,10 +163,12 @@ def main() -> int:
             return 2
     cv2.setNumThreads(1)
     cv2.setRNGSeed(1)
-    program = example()
+    program = build("hoverlock-reference", "accuracy", "--example")
+    flown = build("hoverlock-cli", "hoverlock", "--bin")
     common = [str(v) for v in (arguments.folder, arguments.every, arguments.flights, *arguments.pictures)]
     simulated = subprocess.run([program, "simulate", *common], check=True, stdout=subprocess.PIPE, text=True)
     for name in simulated.stdout.split():
+        fly(flown, arguments.folder, name)
         missing = [m for m in arguments.peers.split(",") if m and not (arguments.folder / f"{name}.{m}.txt").exists()]
         if not missing:
             continue

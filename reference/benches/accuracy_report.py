@@ -11,10 +11,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "setup"))
 import results  # noqa: E402
 
 # Methods by their names in the scores, in the documents and in `docs/results.json`.
-METHODS = {"hoverlock": "Hoverlock", "orb": "ORB", "akaze": "AKAZE", "brisk": "BRISK", "sift": "SIFT", "klt": "KLT"}
+METHODS = {"flies": "What_flies", "hoverlock": "Hoverlock", "orb": "ORB", "akaze": "AKAZE", "brisk": "BRISK", "sift": "SIFT", "klt": "KLT"}
+# The methods whose covariance is judged, with the beginnings of their names in `docs/results.json`.
+OURS = {"hoverlock": "", "flies": "flies_"}
 # Columns of the pose in the table, with the condition of each.
 POSES = {"wide": "nominal", "hover": "hover", "narrow": "narrow", "relief": "relief"}
-COLOURS = ["#c0392b", "#2471a3", "#1e8449", "#b9770e", "#7d3c98", "#5d6d7e"]
+COLOURS = ["#111111", "#c0392b", "#2471a3", "#1e8449", "#b9770e", "#7d3c98", "#5d6d7e"]
 # Largest error at the centre of the frame of a correct motion, px.
 MAX_CENTRE_ERROR_PX = 2.0
 
@@ -57,20 +59,20 @@ def summary(rows, method, refined: bool) -> dict[str, float]:
 
 
 def consistency(rows) -> str:
-    """Returns a table of the NEES of Hoverlock's displacement by condition.
+    """Returns a table of the NEES of the displacement of `match` and of what flies, by condition.
 
     It is 2 for a correct covariance, within 4 / sqrt(flights) by chance. `outside` counts the errors beyond three
-    estimated standard errors. `features` are features alone, as on the ARM.
+    estimated standard errors.
     """
-    lines = ["| condition | flights | pose, cm | NEES | outside | features: pose, cm | NEES | outside | no pose |",
-             "|---|" + "---|" * 8]
+    lines = ["| condition | flights | match: pose, cm | NEES | outside | no pose | what flies: pose, cm | NEES | outside | no pose |",
+             "|---|" + "---|" * 9]
     for condition in dict.fromkeys(row["condition"] for row in rows):
         cells = []
-        for refined in (True, False):
-            at = [row for row in of_method(rows, "hoverlock", refined) if row["condition"] == condition]
+        for method in OURS:
+            at = [row for row in of_method(rows, method, True) if row["condition"] == condition]
             nees = numbers(at, "nees")
-            cells += [f"{100 * rms(numbers(at, 'pose')):.1f}", f"{average(nees):.1f}", str(sum(v > 9 for v in nees))]
-        lines.append(f"| {condition} | {len(at)} | " + " | ".join(cells) + f" | {len(at) - len(nees)} |")
+            cells += [f"{100 * rms(numbers(at, 'pose')):.1f}", f"{average(nees):.2f}", str(sum(v > 9 for v in nees)), str(len(at) - len(nees))]
+        lines.append(f"| {condition} | {len(at)} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
 
@@ -87,8 +89,9 @@ def markdown(rows) -> str:
             found = summary(rows, method, refined)
             cells = ["-" if math.isnan(found[key]) else format(found[key], forms[key])
                      for key in ("first", "final", "localisation", "centre", *POSES)]
-            lines.append(f"| {name}{', refined' if refined else ''} | " + " | ".join(cells) + f" | {found['no_pose']} of {len(of)} "
-                         f"| {median(numbers(of, 'detect')):.0f} | {median(numbers(of, 'match')):.0f} |")
+            times = [format(median(ms), ".0f") if (ms := numbers(of, key)) else "-" for key in ("detect", "match")]
+            label = "**what flies**" if method == "flies" else f"{name}, refined" if refined else name
+            lines.append(f"| {label} | " + " | ".join(cells) + f" | {found['no_pose']} of {len(of)} | " + " | ".join(times) + " |")
     return "\n".join(lines)
 
 
@@ -108,19 +111,22 @@ def values(rows) -> dict[str, dict[str, float]]:
     methods = {"flights": len(of_method(rows, "hoverlock", False))}
     for method, name in METHODS.items():
         for refined in (False, True):
-            prefix = f"{name}.{'refined_' if refined else ''}"
-            methods |= {prefix + key: value for key, value in summary(rows, method, refined).items()}
+            prefix = f"{name}.{'refined_' if refined and method != 'flies' else ''}"
+            if of_method(rows, method, refined):
+                found = summary(rows, method, refined)
+                methods |= {prefix + key: value for key, value in found.items() if not math.isnan(value)}
     covariance = {}
     for condition in dict.fromkeys(row["condition"] for row in rows):
         key = condition.replace(" ", "_").replace(".", "")
-        for refined, prefix in ((True, ""), (False, "features_")):
-            at = [row for row in of_method(rows, "hoverlock", refined) if row["condition"] == condition]
+        for method, prefix in OURS.items():
+            at = [row for row in of_method(rows, method, True) if row["condition"] == condition]
             nees = numbers(at, "nees")
             covariance |= {f"{key}.{prefix}pose": round(100 * rms(numbers(at, "pose")), 1),
-                           f"{key}.{prefix}nees": round(average(nees), 1), f"{key}.{prefix}outside": sum(v > 9 for v in nees)}
-        covariance |= {f"{key}.flights": len(at), f"{key}.no_pose": len(at) - len(nees)}
-    for refined, prefix in ((True, ""), (False, "features_")):
-        nees = numbers(of_method(rows, "hoverlock", refined), "nees")
+                           f"{key}.{prefix}nees": round(average(nees), 2), f"{key}.{prefix}outside": sum(v > 9 for v in nees),
+                           f"{key}.{prefix}no_pose": len(at) - len(nees)}
+        covariance[f"{key}.flights"] = len(at)
+    for method, prefix in OURS.items():
+        nees = numbers(of_method(rows, method, True), "nees")
         covariance |= {f"all.{prefix}nees": round(average(nees), 2), f"all.{prefix}outside": sum(v > 9 for v in nees)}
     covariance["all.flights"] = len(of_method(rows, "hoverlock", True))
     return {"accuracy.methods": methods, "accuracy.covariance": covariance}
@@ -138,7 +144,7 @@ def frame(width, height, body) -> str:
 def pose_plot(rows) -> str:
     """Plots the root mean square error of the displacement by condition; all methods share refinement and pose fit."""
     conditions = list(dict.fromkeys(row["condition"] for row in rows))
-    lines = [("hoverlock", False), *((method, True) for method in METHODS)]
+    lines = [("flies", True), ("hoverlock", False), *((method, True) for method in METHODS if method != "flies")]
     left, right, top, bottom = 60, 880, 40, 330
     low, high = -2.3, 0.5
     y = lambda v: bottom - (math.log10(v) - low) / (high - low) * (bottom - top)
@@ -154,11 +160,11 @@ def pose_plot(rows) -> str:
             if values:
                 v = min(max(rms(values), 10**low), 10**high)
                 fill = colour[method] if refined else "white"
-                body.append(f'<circle cx="{x(i) + 7 * (m - 3):.1f}" cy="{y(v):.1f}" r="{5 if method == "hoverlock" else 3.5}" '
+                body.append(f'<circle cx="{x(i) + 6.5 * (m - 3.5):.1f}" cy="{y(v):.1f}" r="{5 if method in OURS else 3.5}" '
                             f'fill="{fill}" stroke="{colour[method]}" stroke-width="2"/>')
     for m, (method, name) in enumerate(METHODS.items()):
-        body += [f'<circle cx="{205 + 95 * m}" cy="{bottom + 42}" r="5" fill="{colour[method]}"/>',
-                 text(215 + 95 * m, bottom + 46, name, "start")]
+        body += [f'<circle cx="{155 + 95 * m}" cy="{bottom + 42}" r="5" fill="{colour[method]}"/>',
+                 text(165 + 95 * m, bottom + 46, name.replace("_", " "), "start")]
     return frame(900, 390, body)
 
 
@@ -173,7 +179,7 @@ def reliability_plot(rows) -> str:
         body += [text(left + side * p, top + side + 18, f"{p:g}"), text(left - 6, top + side * (1 - p) + 4, f"{p:g}", "end")]
     body.append(f'<path d="M{place(0, 0)}L{place(1, 1)}" stroke="#999" stroke-dasharray="4 4"/>')
     steps = [place(p, (i + 1) / len(probabilities)) for i, p in enumerate(probabilities)]
-    body.append(f'<path d="M{place(0, 0)}L{"L".join(steps)}" fill="none" stroke="{COLOURS[0]}" stroke-width="2"/>')
+    body.append(f'<path d="M{place(0, 0)}L{"L".join(steps)}" fill="none" stroke="{COLOURS[1]}" stroke-width="2"/>')
     body.append(text(left + side / 2, top + side + 38, "probability of the ellipse"))
     body.append(text(0, 0, "fraction of the errors within it", extra=f'transform="translate(16 {top + side / 2}) rotate(-90)"'))
     return frame(420, 410, body)

@@ -2,7 +2,8 @@
 //! are read from files.
 //!
 //! ```text
-//! accuracy simulate FOLDER EVERY FLIGHTS PICTURE..  frames of every flight, 16-bit PGM, and its name on stdout
+//! accuracy simulate FOLDER EVERY FLIGHTS PICTURE..  frames of every flight, 16-bit PGM, their telemetry, and its name
+//!                                                   on stdout
 //! accuracy score FOLDER EVERY FLIGHTS PICTURE..     scores of this project's estimates and of the results in
 //!                                                   FOLDER, written to FOLDER/scores.csv
 //! ```
@@ -26,8 +27,9 @@ use hoverlock_reference::motion::estimate::Estimate;
 use hoverlock_reference::motion::estimator::Estimator;
 use hoverlock_reference::motion::matching::{Match, matched_pairs};
 use hoverlock_reference::motion::model::{Model, Pair, transfer};
+use hoverlock_reference::motion::orthophoto::Attitude;
 use hoverlock_reference::motion::{pose, refine};
-use nalgebra::{Matrix3, Vector2};
+use nalgebra::{Matrix2, Matrix3, Vector2};
 use rayon::prelude::*;
 use scene::{Flight, HEIGHT, SENSORS, WIDTH, render};
 use std::error::Error;
@@ -125,6 +127,7 @@ impl Run {
     }
 
     fn simulate(&self, folder: &Path) -> Outcome<()> {
+        self.write_telemetry(folder)?;
         let paths = self.paths(folder);
         if paths.iter().all(|path| path.exists()) {
             return Ok(());
@@ -137,6 +140,24 @@ impl Run {
             fs::rename(part, path)?;
         }
         Ok(())
+    }
+
+    /// Writes the readings of both frames, in the form that `hoverlock cosim` reads.
+    fn write_telemetry(&self, folder: &Path) -> Outcome<()> {
+        let field_of_view = self.case.ranges.field_of_view;
+        let errors = [SENSORS.tilt, SENSORS.heading].map(f64::to_degrees);
+        let mut text =
+            String::from("roll_deg,pitch_deg,yaw_deg,range_m,fov_deg,tilt_se_deg,heading_se_deg,range_se_m\n");
+        for view in self.flight().views {
+            let &Attitude { roll, pitch, yaw } = view.attitude();
+            let [roll, pitch, yaw] = [roll, pitch, yaw].map(f64::to_degrees);
+            let [tilt, heading] = errors;
+            writeln!(text, "{roll},{pitch},{yaw},{},{field_of_view},{tilt},{heading},{}", view.range(), SENSORS.range)?;
+        }
+        let path = folder.join(format!("{}.telemetry.csv", self.name));
+        let part = path.with_extension("part");
+        fs::write(&part, text)?;
+        Ok(fs::rename(part, path)?)
     }
 
     fn paths(&self, folder: &Path) -> [PathBuf; 2] {
@@ -164,7 +185,7 @@ impl MethodResult {
     }
 }
 
-/// Runs this project by features alone, as the flight program does.
+/// Runs this project by features alone, as the flight program searches.
 fn hoverlock(reference: &Plane<u16>, current: &Plane<u16>) -> Outcome<MethodResult> {
     let mut extractor = FastExtractor::new(Selection::default())?;
     let estimator = Estimator::default();
@@ -212,7 +233,34 @@ fn read(path: &Path) -> Outcome<MethodResult> {
     Ok(MethodResult { detect_ms: head[0], match_ms: head[1], first, estimate })
 }
 
-/// The scores of one method on one run.
+/// Reads the displacement of the flight program and scores it.
+fn judge_flight(path: &Path, flight: &Flight) -> Outcome<Score> {
+    let text = fs::read_to_string(path)?;
+    let (match_ms, found) = text.trim().split_once('\n').ok_or("two lines")?;
+    let pose = if found == "none" {
+        None
+    } else {
+        let numbers = found.split_whitespace().map(str::parse).collect::<Result<Vec<f64>, _>>()?;
+        let [x, y, xx, xy, yx, yy] = numbers[..] else { return Err("a displacement and its covariance".into()) };
+        let error = Vector2::new(x, y) - flight.displacement();
+        let inverse = Matrix2::new(xx, xy, yx, yy).try_inverse().ok_or("a singular covariance")?;
+        Some((error.norm(), error.dot(&(inverse * error))))
+    };
+    let match_ms = match_ms.parse()?;
+    let none = f64::NAN;
+    Ok(Score {
+        precision: none,
+        correct: none,
+        last_precision: none,
+        localisation: none,
+        centre: None,
+        pose,
+        detect_ms: none,
+        match_ms,
+    })
+}
+
+/// The scores of one method on one run; not a number where a method has no such value.
 #[derive(Clone, Copy)]
 struct Score {
     precision: f64,
@@ -271,28 +319,34 @@ fn lines(run: &Run, folder: &Path) -> Outcome<String> {
             results.push((method, read(&path)?));
         }
     }
+    let mut scores = Vec::new();
+    let flown = folder.join(format!("{}.flies.txt", run.name));
+    if flown.exists() {
+        scores.push(("flies", true, judge_flight(&flown, &flight)?));
+    }
+    for (method, found) in results {
+        scores.push((method, false, judge(&found, &flight)));
+        scores.push((method, true, judge(&found.refined(&reference, &current), &flight)));
+    }
     let optional = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
     let mut text = String::new();
-    for (method, found) in results {
-        for refined in [false, true] {
-            let s = judge(&if refined { found.refined(&reference, &current) } else { found.clone() }, &flight);
-            writeln!(
-                text,
-                "{method},{},{},{},{},{},{},{},{},{},{},{},{}",
-                u8::from(refined),
-                u8::from(run.tuning),
-                run.case.name,
-                s.precision,
-                s.correct,
-                s.last_precision,
-                s.localisation,
-                optional(s.centre),
-                optional(s.pose.map(|p| p.0)),
-                optional(s.pose.map(|p| p.1)),
-                s.detect_ms,
-                s.match_ms,
-            )?;
-        }
+    for (method, refined, s) in scores {
+        writeln!(
+            text,
+            "{method},{},{},{},{},{},{},{},{},{},{},{},{}",
+            u8::from(refined),
+            u8::from(run.tuning),
+            run.case.name,
+            s.precision,
+            s.correct,
+            s.last_precision,
+            s.localisation,
+            optional(s.centre),
+            optional(s.pose.map(|p| p.0)),
+            optional(s.pose.map(|p| p.1)),
+            s.detect_ms,
+            s.match_ms,
+        )?;
     }
     Ok(text)
 }

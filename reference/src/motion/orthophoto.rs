@@ -190,6 +190,11 @@ impl View {
         &self.attitude
     }
 
+    /// Returns the range (m) along the optical axis to the ground.
+    pub fn range(&self) -> f64 {
+        self.range
+    }
+
     /// Returns the height over the plane, m.
     pub fn height(&self) -> f64 {
         self.range * self.attitude.rotation()[(2, 2)]
