@@ -172,6 +172,26 @@ fn a_flight_is_followed_and_the_hardware_gives_the_lines_of_the_model() {
     }
 }
 
+/// Without samples of an IMU each frame is searched, which the work of a frame must pay for.
+#[test]
+fn frames_without_an_imu_are_found_at_the_frame_rate() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    for (frame, place, attitude) in [("0.png", "0,0,100", "0,0,0"), ("1.png", "2,1.5,100", "1,-1,2")] {
+        let rendered = hoverlock(&["scene", "town", "--at", place, "--look", attitude, "--out", &path(frame)]);
+        assert!(rendered.status.success(), "{}", String::from_utf8_lossy(&rendered.stderr));
+    }
+    ["2.png", "3.png"].map(|frame| fs::copy(path("1.png"), path(frame)).unwrap());
+    let readings = "time_s,roll_deg,pitch_deg,yaw_deg,range_m,fov_deg\n0,0,0,0,100,50\n";
+    let later = ["2.0", "2.067", "2.133"].map(|time_s| format!("{time_s},1,-1,2,100.03,50\n"));
+    fs::write(path("telemetry.csv"), [readings, &later.concat()].concat()).unwrap();
+    let (report, text) = json(&["cosim", &folder.path().display().to_string()]);
+    for estimate in &report["estimates"].as_array().unwrap()[1..] {
+        let found = ["x_e_m", "y_e_m"].map(|axis| estimate[axis].as_f64().unwrap_or_else(|| panic!("{text}")));
+        assert!((found[0] - 2.0).hypot(found[1] - 1.5) <= estimate["protection_level_m"].as_f64().unwrap(), "{text}");
+    }
+}
+
 #[test]
 fn homographies_beside_the_frames_give_the_error() {
     let folder = flight();
