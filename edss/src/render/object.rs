@@ -137,10 +137,9 @@ impl Object {
         if !any_positive(&limit) {
             return;
         }
-        let record = |l, is_hit, along, part| hits.record(l, is_hit, along, code + part);
+        let mut record = |l, is_hit, along, part| hits.record(l, is_hit, along, code + part);
         match &self.form {
             Form::Solids(solids) => {
-                let mut record = record;
                 for (k, solid) in solids.iter().enumerate() {
                     solid.enter(rays, &mut limit, |l, is_hit, along, face| {
                         record(l, is_hit, along, (FACES_PER_SOLID * k) as u32 + face);
