@@ -489,8 +489,7 @@ impl Tracker {
         let learning = LEARNED_WORK * keyframe.features.len();
         let mut search = budget.split(pairs + learning + filter.work(RESERVED_SIGHTINGS, filter.expected_cells()));
         let (workspace, known) = (&mut self.workspace, &keyframe.features);
-        // Without a gate: what is more similar outside it would be looked at to be dropped, and waves agree with a
-        // prediction.
+        // Without a gate: it takes more work than it saves, and waves agree with a prediction (decision 058).
         let motion = Estimator::default().estimate_in(workspace, &mut search, known, present.features);
         budget.absorb(search);
         mark(Part::Pose);

@@ -1,4 +1,4 @@
-"""Accuracy over simulated flights of what flies, beside OpenCV's ORB, AKAZE, BRISK and SIFT (MAGSAC) and Lucas-Kanade (KLT).
+"""Accuracy over simulated flights of this project, beside OpenCV's ORB, AKAZE, BRISK and SIFT (MAGSAC) and Lucas-Kanade (KLT).
 
 Usage: python accuracy.py [--every N] [--flights N] [--peers orb,akaze,..] [--record COMMAND] FOLDER PICTURE..
 
@@ -9,8 +9,8 @@ and 99.5, at most a thousand features (the strongest), the same matching (mutual
 second best, in both directions) and MAGSAC with 2 px; fewer than 8 inliers are no estimate. KLT follows the thousand best
 corners through a pyramid, there and back.
 
-What flies is `hoverlock cosim`: the bit-true extractor and the flight program, without samples of an IMU. The first frame is
-its reference, and the second comes twice, 2 s later: once it is searched for, and once tracked. Exit status 2 on bad usage.
+The flight program runs in `hoverlock cosim`, behind the bit-true extractor, without samples of an IMU. The first frame is its
+reference, and the second comes twice, 2 s later; the last estimate counts. It is run each time. Exit status 2 on bad usage.
 """
 
 import argparse
@@ -30,7 +30,7 @@ MAX_FEATURES, MAX_RATIO, INLIER_RADIUS_PX, MIN_INLIERS = 1000, 0.9, 2.0, 8
 # KLT: quality and distance of the corners as in OpenCV's example; six levels reach a motion of 200 px. A track that returns
 # further than MAX_RETURN_PX from its start is dropped.
 CORNER_QUALITY, CORNER_SEPARATION_PX, WINDOW, TOP_LEVEL, MAX_RETURN_PX = 0.01, 10, (21, 21), 5, 0.5
-# Times of the frames that what flies gets, s: after 2 s a reference is confirmed by one frame.
+# Times of the frames that the flight program gets, s: after 2 s a reference is confirmed by one frame.
 FLOWN_AT_S = (0.0, 2.0, 2.067)
 DETECTORS = {
     "orb": lambda: cv2.ORB_create(MAX_FEATURES),
@@ -50,7 +50,7 @@ def build(package: str, name: str, *kind: str) -> str:
 
 
 def fly(program: str, folder: Path, name: str) -> None:
-    """Passes the frames of a flight to what flies, and writes its last displacement and covariance for the example."""
+    """Passes the frames of a flight to the flight program, and writes its last displacement and covariance for the example."""
     with tempfile.TemporaryDirectory(dir=folder) as sequence:
         header, first, second = (folder / f"{name}.telemetry.csv").read_text().split()
         rows = zip(("ref", "cur", "cur"), FLOWN_AT_S, (first, second, second))
@@ -68,9 +68,9 @@ def fly(program: str, folder: Path, name: str) -> None:
     found = "none"
     if "covariance_m2" in last:
         found = " ".join(str(v) for v in [last["x_e_m"], last["y_e_m"], *last["covariance_m2"]])
-    part = folder / f"{name}.flies.part"
+    part = folder / f"{name}.flight_program.part"
     part.write_text(f"{1e3 * (time.perf_counter() - start):.3f}\n{found}\n")
-    part.rename(folder / f"{name}.flies.txt")
+    part.rename(folder / f"{name}.flight_program.txt")
 
 
 def eight_bit(path: Path):
@@ -166,7 +166,9 @@ def main() -> int:
     program = build("hoverlock-reference", "accuracy", "--example")
     flown = build("hoverlock-cli", "hoverlock", "--bin")
     common = [str(v) for v in (arguments.folder, arguments.every, arguments.flights, *arguments.pictures)]
-    simulated = subprocess.run([program, "simulate", *common], check=True, stdout=subprocess.PIPE, text=True)
+    simulated = subprocess.run([program, "simulate", *common], stdout=subprocess.PIPE, text=True)
+    if simulated.returncode:
+        return simulated.returncode
     for name in simulated.stdout.split():
         fly(flown, arguments.folder, name)
         missing = [m for m in arguments.peers.split(",") if m and not (arguments.folder / f"{name}.{m}.txt").exists()]

@@ -11,9 +11,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "setup"))
 import results  # noqa: E402
 
 # Methods by their names in the scores, in the documents and in `docs/results.json`.
-METHODS = {"flies": "What_flies", "hoverlock": "Hoverlock", "orb": "ORB", "akaze": "AKAZE", "brisk": "BRISK", "sift": "SIFT", "klt": "KLT"}
+METHODS = {"flight_program": "Flight_program", "hoverlock": "Hoverlock", "orb": "ORB", "akaze": "AKAZE", "brisk": "BRISK", "sift": "SIFT", "klt": "KLT"}
 # The methods whose covariance is judged, with the beginnings of their names in `docs/results.json`.
-OURS = {"hoverlock": "", "flies": "flies_"}
+OURS = {"hoverlock": "", "flight_program": "flight_program_"}
 # Columns of the pose in the table, with the condition of each.
 POSES = {"wide": "nominal", "hover": "hover", "narrow": "narrow", "relief": "relief"}
 COLOURS = ["#111111", "#c0392b", "#2471a3", "#1e8449", "#b9770e", "#7d3c98", "#5d6d7e"]
@@ -59,12 +59,12 @@ def summary(rows, method, refined: bool) -> dict[str, float]:
 
 
 def consistency(rows) -> str:
-    """Returns a table of the NEES of the displacement of `match` and of what flies, by condition.
+    """Returns a table of the NEES of the displacement of `match` and of the flight program, by condition.
 
     It is 2 for a correct covariance, within 4 / sqrt(flights) by chance. `outside` counts the errors beyond three
     estimated standard errors.
     """
-    lines = ["| condition | flights | match: pose, cm | NEES | outside | no pose | what flies: pose, cm | NEES | outside | no pose |",
+    lines = ["| condition | flights | match: pose, cm | NEES | outside | no pose | flight program: pose, cm | NEES | outside | no pose |",
              "|---|" + "---|" * 9]
     for condition in dict.fromkeys(row["condition"] for row in rows):
         cells = []
@@ -90,7 +90,7 @@ def markdown(rows) -> str:
             cells = ["-" if math.isnan(found[key]) else format(found[key], forms[key])
                      for key in ("first", "final", "localisation", "centre", *POSES)]
             times = [format(median(ms), ".0f") if (ms := numbers(of, key)) else "-" for key in ("detect", "match")]
-            label = "**what flies**" if method == "flies" else f"{name}, refined" if refined else name
+            label = "**flight program**" if method == "flight_program" else f"{name}, refined" if refined else name
             lines.append(f"| {label} | " + " | ".join(cells) + f" | {found['no_pose']} of {len(of)} | " + " | ".join(times) + " |")
     return "\n".join(lines)
 
@@ -111,7 +111,7 @@ def values(rows) -> dict[str, dict[str, float]]:
     methods = {"flights": len(of_method(rows, "hoverlock", False))}
     for method, name in METHODS.items():
         for refined in (False, True):
-            prefix = f"{name}.{'refined_' if refined and method != 'flies' else ''}"
+            prefix = f"{name}.{'refined_' if refined and method != 'flight_program' else ''}"
             if of_method(rows, method, refined):
                 found = summary(rows, method, refined)
                 methods |= {prefix + key: value for key, value in found.items() if not math.isnan(value)}
@@ -144,7 +144,7 @@ def frame(width, height, body) -> str:
 def pose_plot(rows) -> str:
     """Plots the root mean square error of the displacement by condition; all methods share refinement and pose fit."""
     conditions = list(dict.fromkeys(row["condition"] for row in rows))
-    lines = [("flies", True), ("hoverlock", False), *((method, True) for method in METHODS if method != "flies")]
+    lines = [("flight_program", True), ("hoverlock", False), *((method, True) for method in METHODS if method != "flight_program")]
     left, right, top, bottom = 60, 880, 40, 330
     low, high = -2.3, 0.5
     y = lambda v: bottom - (math.log10(v) - low) / (high - low) * (bottom - top)
@@ -163,8 +163,8 @@ def pose_plot(rows) -> str:
                 body.append(f'<circle cx="{x(i) + 6.5 * (m - 3.5):.1f}" cy="{y(v):.1f}" r="{5 if method in OURS else 3.5}" '
                             f'fill="{fill}" stroke="{colour[method]}" stroke-width="2"/>')
     for m, (method, name) in enumerate(METHODS.items()):
-        body += [f'<circle cx="{155 + 95 * m}" cy="{bottom + 42}" r="5" fill="{colour[method]}"/>',
-                 text(165 + 95 * m, bottom + 46, name.replace("_", " "), "start")]
+        body += [f'<circle cx="{100 + 105 * m}" cy="{bottom + 42}" r="5" fill="{colour[method]}"/>',
+                 text(110 + 105 * m, bottom + 46, name.replace("_", " "), "start")]
     return frame(900, 390, body)
 
 

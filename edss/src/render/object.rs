@@ -129,8 +129,8 @@ impl Object {
         !matches!(self.form, Form::Paint(_))
     }
 
-    /// Records the parts that rays hit before what `hits` has, as `code` plus the number of the part; the rays are
-    /// relative to the centre.
+    /// Records the parts that rays hit before what `hits` has, as `code` plus the number of the part. The rays begin at
+    /// points relative to the centre, m.
     #[inline(always)]
     pub fn enter(&self, rays: &Rays, hits: &mut FirstHits, code: u32) {
         let mut limit = rays.limit_within(self.radius, &hits.along);
@@ -185,8 +185,8 @@ impl Object {
         }
     }
 
-    /// Sets the limit of the rays to the sun that enter the object to minus infinity; the rays are relative to the
-    /// centre.
+    /// Sets the limit of the rays to the sun that enter the object to minus infinity. The rays begin at points relative
+    /// to the centre, m.
     #[inline(always)]
     pub fn shade(&self, rays: &Rays, shadow: Shadow, left: &mut Lanes) {
         let mut limit = rays.limit_within(self.radius, left);

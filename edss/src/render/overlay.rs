@@ -236,7 +236,7 @@ impl Renderer {
         let out = out.unwrap_or(&mut ignored);
         for tile in 0..labels.len().div_ceil(TILE_COLUMNS) {
             let near = self.objects_at(tiles, tile * TILE_COLUMNS, y, viewpoint);
-            if near.seen.is_empty() && near.moving.is_empty() {
+            if near.seen.is_empty() && near.shading.len() == near.still {
                 continue;
             }
             let blocks = TILE_COLUMNS / KNOT_SPACING;
@@ -313,17 +313,18 @@ impl Renderer {
     /// Returns the solid objects of the tile of a pixel, relative to the camera.
     fn objects_at(&self, tiles: &ObjectTiles, x: usize, y: usize, viewpoint: &Viewpoint) -> TileObjects<'_> {
         let placed = |&k: &u32| {
-            let object = &self.objects[k as usize];
             let centre = (tiles.centres[k as usize] - viewpoint.origin).map(|v| v as f32);
-            object.is_solid().then_some(Placed { object, centre })
+            Placed { object: &self.objects[k as usize], centre }
         };
         let tile = tiles.tile(x, y);
-        let is_solid = |&&k: &&u32| self.objects[k as usize].is_solid();
+        let solid = tiles.seen[tile].iter().filter(|k| self.objects[**k as usize].is_solid());
+        let (labels, seen) = solid.map(|k| (k + 1, placed(k))).unzip();
+        let (still, moving) = (&tiles.still[tile], &tiles.moving[tile]);
         TileObjects {
-            labels: tiles.seen[tile].iter().filter(is_solid).map(|k| k + 1).collect(),
-            seen: tiles.seen[tile].iter().filter_map(placed).collect(),
-            still: tiles.still[tile].iter().filter_map(placed).collect(),
-            moving: tiles.moving[tile].iter().filter_map(placed).collect(),
+            seen,
+            labels,
+            shading: still.iter().chain(moving).map(placed).collect(),
+            still: still.len(),
             anchor: viewpoint.origin.xy(),
         }
     }
@@ -357,16 +358,17 @@ impl Renderer {
         let open = surfaces.map(|surface| surface.is_none());
         let is_hit = open.contains(&false);
         let fine = if is_hit { sample_grain(grain, &grained, rays.ends[0].footprint) } else { [[0.0; 4]; RAYS] };
-        let dark = self.shaded(near, &raised, &sunlight.map(|sunlight| sunlight > 0.0));
-        let over_ground = shaded(&near.moving, &points, &to_sun, Shadow::OfSurface, open);
-        let shadowed =
-            over_ground.contains(&true).then(|| shaded(&near.still, &points, &to_sun, Shadow::OfSurface, over_ground));
+        let shaded = |objects, points, open| shaded(objects, points, &to_sun, Shadow::OfSurface, open);
+        let dark = shaded(&near.shading, &raised, sunlight.map(|sunlight| sunlight > 0.0));
+        let (still, moving) = near.shading.split_at(near.still);
+        let moving_shadow = shaded(moving, &points, open);
+        let still_shadow = shaded(still, &points, moving_shadow);
         let mut labels = [0; RAYS];
         let mut radiances = [0.0; RAYS];
         for lane in 0..RAYS {
             let reflected = match surfaces[lane] {
-                None if !over_ground[lane] => rays.light[lane],
-                None if shadowed.is_some_and(|shadowed| shadowed[lane]) => rays.light[lane],
+                // The shadows of objects at rest are part of the light already.
+                None if !moving_shadow[lane] || still_shadow[lane] => rays.light[lane],
                 None => self.shadowed(near.anchor, &points.get(lane), rays.light[lane]),
                 Some((surface, index, _)) => {
                     let albedo = if surface.leaves {
@@ -381,7 +383,7 @@ impl Renderer {
             };
             // All of a crown has one label: it is rough anyway, and its edges would take half of the rendering time.
             labels[lane] = match surfaces[lane] {
-                None => u32::from(over_ground[lane]),
+                None => u32::from(moving_shadow[lane]),
                 Some((surface, index, _)) if surface.leaves => (near.labels[index] << 8) | 0x80,
                 Some((_, index, part)) => (near.labels[index] << 8) | 0x80 | (part << 1) | u32::from(dark[lane]),
             };
@@ -403,15 +405,6 @@ impl Renderer {
         let at = anchor + point.xy().map(f64::from);
         let slope = self.relief.as_ref().map_or([0.0; 2], |relief| relief.at(at).slope);
         light * SKY_LIGHT / (SKY_LIGHT + (1.0 - SKY_LIGHT) * self.sunlight(slope))
-    }
-
-    /// Returns which of the `open` points an object shades, relative to the camera.
-    fn shaded(&self, near: &TileObjects<'_>, points: &Vectors, open: &[bool; RAYS]) -> [bool; RAYS] {
-        let to_sun = self.to_sun.map(|v| v as f32);
-        let still = shaded(&near.still, points, &to_sun, Shadow::OfSurface, *open);
-        let left = std::array::from_fn(|l| open[l] && !still[l]);
-        let moving = shaded(&near.moving, points, &to_sun, Shadow::OfSurface, left);
-        std::array::from_fn(|l| still[l] || moving[l])
     }
 }
 
@@ -438,8 +431,10 @@ struct TileObjects<'a> {
     seen: Vec<Placed<'a>>,
     /// A number of each of `seen`, from 1 on, that no other object has.
     labels: Vec<Label>,
-    still: Vec<Placed<'a>>,
-    moving: Vec<Placed<'a>>,
+    /// Those that may cast a shadow, the ones at rest first.
+    shading: Vec<Placed<'a>>,
+    /// Number of those at rest.
+    still: usize,
     /// Point on the ground below the camera, m.
     anchor: Vector2<f64>,
 }

@@ -14,6 +14,9 @@
 //! homography or `none`, then a line `x y x' y' inlier` for each first match, the best first. `benches/accuracy.py`
 //! does so with OpenCV, and calls both parts. Each result is scored as it is and refined on the frames, all by the same
 //! refinement.
+//!
+//! The flight program gives no matches. `NAME.flight_program.txt` has the milliseconds of its run, then `none`, or
+//! displacement (m) and covariance (m^2, row by row).
 
 mod conditions;
 mod scene;
@@ -44,6 +47,8 @@ type Outcome<T> = Result<T, Box<dyn Error + Send + Sync>>;
 /// The other methods, by the end of the names of their result files.
 const OTHER_METHODS: [&str; 5] = ["orb", "akaze", "brisk", "sift", "klt"];
 
+/// Smallest picture of ground, px.
+const MIN_GROUND: (usize, usize) = (640, 480);
 /// Largest error of a correct match, px.
 const MAX_CORRECT_ERROR_PX: f64 = 2.0;
 
@@ -116,6 +121,13 @@ impl Run {
     /// Renders REF and CUR.
     fn frames(&self) -> Outcome<[Plane<u16>; 2]> {
         let texture = Picture::open(&self.picture)?.luma;
+        let (width, height) = (texture.width(), texture.height());
+        if width < MIN_GROUND.0 || height < MIN_GROUND.1 {
+            let (path, (columns, rows)) = (self.picture.display(), MIN_GROUND);
+            return Err(
+                format!("{path}: is {width} x {height}; name ground of at least {columns} x {rows} pixels").into()
+            );
+        }
         let flight = self.flight();
         // One texel is one pixel at the nominal height.
         let texel = 100.0 / flight.poses[0].camera.focal();
@@ -135,9 +147,7 @@ impl Run {
         for (frame, path) in self.frames()?.iter().zip(&paths) {
             let bytes: Vec<u8> = frame.as_slice().iter().flat_map(|v| v.to_be_bytes()).collect();
             let header = format!("P5\n{WIDTH} {HEIGHT}\n65535\n");
-            let part = path.with_extension("part");
-            fs::write(&part, [header.as_bytes(), &bytes].concat())?;
-            fs::rename(part, path)?;
+            replace(path, &[header.as_bytes(), &bytes].concat())?;
         }
         Ok(())
     }
@@ -154,10 +164,7 @@ impl Run {
             let [tilt, heading] = errors;
             writeln!(text, "{roll},{pitch},{yaw},{},{field_of_view},{tilt},{heading},{}", view.range(), SENSORS.range)?;
         }
-        let path = folder.join(format!("{}.telemetry.csv", self.name));
-        let part = path.with_extension("part");
-        fs::write(&part, text)?;
-        Ok(fs::rename(part, path)?)
+        replace(&folder.join(format!("{}.telemetry.csv", self.name)), text.as_bytes())
     }
 
     fn paths(&self, folder: &Path) -> [PathBuf; 2] {
@@ -320,9 +327,9 @@ fn lines(run: &Run, folder: &Path) -> Outcome<String> {
         }
     }
     let mut scores = Vec::new();
-    let flown = folder.join(format!("{}.flies.txt", run.name));
+    let flown = folder.join(format!("{}.flight_program.txt", run.name));
     if flown.exists() {
-        scores.push(("flies", true, judge_flight(&flown, &flight)?));
+        scores.push(("flight_program", true, judge_flight(&flown, &flight)?));
     }
     for (method, found) in results {
         scores.push((method, false, judge(&found, &flight)));
@@ -355,8 +362,12 @@ fn lines(run: &Run, folder: &Path) -> Outcome<String> {
 fn score(runs: &[Run], folder: &Path) -> Outcome<()> {
     let names = "method,refined,tuning,condition,first,correct,last,localisation,centre,pose,nees,detect,match";
     let lines: Vec<String> = runs.par_iter().map(|run| lines(run, folder)).collect::<Outcome<_>>()?;
-    let path = folder.join("scores.csv");
+    replace(&folder.join("scores.csv"), format!("{names}\n{}", lines.concat()).as_bytes())
+}
+
+/// Writes a file aside, then renames it.
+fn replace(path: &Path, bytes: &[u8]) -> Outcome<()> {
     let part = path.with_extension("part");
-    fs::write(&part, format!("{names}\n{}", lines.concat()))?;
+    fs::write(&part, bytes)?;
     Ok(fs::rename(part, path)?)
 }
