@@ -181,7 +181,9 @@ fn frames_without_an_imu_are_found_at_the_frame_rate() {
         let rendered = hoverlock(&["scene", "town", "--at", place, "--look", attitude, "--out", &path(frame)]);
         assert!(rendered.status.success(), "{}", String::from_utf8_lossy(&rendered.stderr));
     }
-    ["2.png", "3.png"].map(|frame| fs::copy(path("1.png"), path(frame)).unwrap());
+    for frame in ["2.png", "3.png"] {
+        fs::copy(path("1.png"), path(frame)).unwrap();
+    }
     let readings = "time_s,roll_deg,pitch_deg,yaw_deg,range_m,fov_deg\n0,0,0,0,100,50\n";
     let later = ["2.0", "2.067", "2.133"].map(|time_s| format!("{time_s},1,-1,2,100.03,50\n"));
     fs::write(path("telemetry.csv"), [readings, &later.concat()].concat()).unwrap();
