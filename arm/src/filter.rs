@@ -386,6 +386,11 @@ impl Filter {
         ((self.nis[1] / CONSISTENT_NIS).max(1.0) * (self.common / sightings::COMMON_PX2).max(1.0)).sqrt()
     }
 
+    /// Returns `true` if the last prediction had no samples of the IMU.
+    pub fn is_free(&self) -> bool {
+        self.is_free
+    }
+
     /// Changes the prior to that of frames with or without samples of the IMU.
     fn set_free(&mut self, is_free: bool) {
         let share = if is_free { FREE_HEIGHT_SIGMA / HEIGHT_SIGMA } else { 1.0 };

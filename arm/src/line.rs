@@ -118,7 +118,8 @@ pub struct Estimate {
     pub z_e_m: f64,
     /// Yaw of the frame, radians.
     pub yaw_rad: f64,
-    /// Covariance of `X_e` and `Y_e`: xx, xy, yx, yy, m^2.
+    /// Covariance of `X_e` and `Y_e`: xx, xy, yx, yy, m^2; what errors are on the mean. The protection level is that of
+    /// rare ones.
     pub covariance_m2: [f64; 4],
     /// Protection level: the radius about the estimate that the true displacement leaves in one frame of 100 000, m.
     pub protection_level_m: f64,

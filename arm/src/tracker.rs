@@ -18,10 +18,17 @@
 //! frame has been found again [`CONFIRMATION_AGE_US`] after its capture. Until then the laser ranges are collected. If
 //! their median contradicts the range at the capture, the height is corrected.
 //!
-//! **Protection level.** The radius that the error of the displacement exceeds in one frame of 100 000 if errors are
-//! normal: `max(0.05 m, 4.8 s + 0.02 |d|)`, with `s` the standard error along the worse direction, which grows
-//! with the root of the running NIS of the last seconds, and `d` the
-//! displacement, whose scale has the error of the focal length.
+//! **Covariance and protection level.** The filter counts a 16th of the information of sightings, because some errors
+//! persist. Of its covariance `P` and its inconsistency `k` ([`Filter::inconsistency`])
+//!
+//! ```text
+//! covariance         min(k, 10)^2 P / 16
+//! protection level   max(0.05 m, 4.8 k s + 0.02 |d|)
+//! ```
+//!
+//! The covariance is what errors are on the mean. The protection level is the radius that one error of 100 000 exceeds
+//! if they are normal: `s` is the standard error by `P` along the worse direction, `d` the displacement, whose scale
+//! has the error of the focal length. Without samples of the IMU nothing persists, and the share of `P` is 1.
 
 use crate::filter::{Filter, MAX_KEYFRAMES, Sighting, Step};
 use crate::keyframe::{Keyframe, MAX_REFINED, MatchMemory, REFINED_WORK, match_predicted, position};
@@ -36,7 +43,7 @@ use hoverlock_reference::motion::model::{Pair, transfer};
 use hoverlock_reference::motion::observation::Observation;
 use hoverlock_reference::motion::orthophoto::{Attitude, Camera, View};
 use hoverlock_reference::motion::sensor_pattern;
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 /// Samples of the IMU that are kept: five seconds at 200 a second.
 const MAX_SAMPLES: usize = 1024;
@@ -53,8 +60,6 @@ const MIN_OVERLAP: f64 = 0.6;
 const MAX_SCALE_CHANGE: f64 = 0.10;
 /// Smallest number of inliers of a frame that becomes a keyframe, as a share of the best of the keyframe in view.
 const MIN_INLIER_SHARE: f64 = 0.4;
-/// Largest standard error of a frame without a keyframe in view that becomes one, m.
-const MAX_COASTED_ERROR_M: f64 = 0.3;
 /// Overlap down to which a keyframe is tried.
 const USABLE_OVERLAP: f64 = 0.15;
 /// Logarithm of the change of scale up to which a keyframe is tried.
@@ -105,10 +110,16 @@ const HEIGHT_DEVIATION: f64 = 0.1;
 /// Largest standard error of a laser reading that is collected, m.
 const MAX_RANGE_ERROR_M: f64 = 1.0;
 
-/// Largest standard error of an estimate, m: the required accuracy of the whole system.
+/// Largest standard error of the filter with an estimate, m: the required accuracy of the whole system.
 const MAX_STANDARD_ERROR_M: f64 = 1.0;
 /// The same far from the origin, as a part of the displacement: the scale is that of the height over unknown ground.
 const MAX_RELATIVE_ERROR: f64 = 0.1;
+/// Variance of an estimate as a share of that of the filter, with samples of the IMU: as if all of the information
+/// counted. Errors of random flights are so large on the mean (decision 059).
+const VARIANCE_SHARE: f64 = 1.0 / 16.0;
+/// Largest inconsistency that raises the covariance: with more an autopilot would no longer follow estimates, most of
+/// which err by less.
+const MAX_RAISE: f64 = 10.0;
 /// Smallest protection level, m.
 const MIN_PROTECTION_LEVEL_M: f64 = 0.05;
 /// Standard errors in the protection level: a normal error in the plane exceeds them with a probability of 1e-5.
@@ -564,26 +575,39 @@ impl Tracker {
         }
     }
 
-    /// Returns the estimate of the filter.
-    fn result(&self, present: &Seen<'_>, found: Found) -> Result<Estimate, Reason> {
-        let filter = &self.filter;
-        let (moved, covariance) = filter.displacement(0).ok_or(Reason::Reference)?;
+    /// Returns the displacement (m) with its covariance (m^2) and the standard error along the worse direction (m), all
+    /// of the filter.
+    ///
+    /// # Errors
+    /// The standard error is larger than that of an estimate may be.
+    fn place(&self, telemetry: &Telemetry) -> Result<(Vector3<f64>, Matrix2<f64>, f64), Reason> {
+        let (moved, covariance) = self.filter.displacement(0).ok_or(Reason::Reference)?;
         let [xx, xy, yy] = [covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]];
         let largest = (xx + yy) / 2.0 + ((xx - yy) * (xx - yy) / 4.0 + xy * xy).sqrt();
         let sigma = largest.max(0.0).sqrt();
-        let heading = present.telemetry.sensors.heading;
+        let heading = telemetry.sensors.heading;
         if sigma > MAX_STANDARD_ERROR_M.max(MAX_RELATIVE_ERROR.hypot(heading) * moved.xy().norm()) {
             return Err(Reason::Uncertain(sigma));
         }
-        let normal = PROTECTION_SIGMAS * sigma * filter.inconsistency();
+        Ok((moved, Matrix2::new(xx, xy, xy, yy), sigma))
+    }
+
+    /// Returns the estimate of the filter.
+    fn result(&self, present: &Seen<'_>, found: Found) -> Result<Estimate, Reason> {
+        let (moved, covariance, sigma) = self.place(present.telemetry)?;
+        let filter = &self.filter;
+        let inconsistency = filter.inconsistency();
+        let normal = PROTECTION_SIGMAS * sigma * inconsistency;
         let protection = (normal + PROTECTION_SCALE * moved.xy().norm()).max(MIN_PROTECTION_LEVEL_M);
+        let share = if filter.is_free() { 1.0 } else { VARIANCE_SHARE };
+        let covariance = covariance * (inconsistency.min(MAX_RAISE).powi(2) * share);
         let attitude = Attitude::of_rotation(&filter.pose.rotation);
         Ok(Estimate {
             x_e_m: moved.x,
             y_e_m: moved.y,
             z_e_m: moved.z,
             yaw_rad: attitude.yaw,
-            covariance_m2: [xx, xy, xy, yy],
+            covariance_m2: [covariance.m11, covariance.m12, covariance.m21, covariance.m22],
             protection_level_m: protection,
             quality: (255.0 / (1.0 + protection / HALF_QUALITY_M)).max(1.0) as u8,
             inliers: found.inliers,
@@ -609,8 +633,7 @@ impl Tracker {
     /// Makes a frame that shows no keyframe one itself if the filter still knows its place: zoom or flight have gone
     /// too far between two frames with a keyframe.
     fn add_coasted_keyframe(&mut self, present: &Seen<'_>, budget: &mut Budget) {
-        let Some((_, covariance)) = self.filter.displacement(0) else { return };
-        if self.confirmed && covariance[(0, 0)] + covariance[(1, 1)] <= MAX_COASTED_ERROR_M * MAX_COASTED_ERROR_M {
+        if self.confirmed && self.place(present.telemetry).is_ok() {
             self.add_keyframe(present, budget);
         }
     }
