@@ -115,7 +115,7 @@ const MAX_STANDARD_ERROR_M: f64 = 1.0;
 /// The same far from the origin, as a part of the displacement: the scale is that of the height over unknown ground.
 const MAX_RELATIVE_ERROR: f64 = 0.1;
 /// Variance of an estimate as a share of that of the filter, with samples of the IMU: as if all of the information
-/// counted. Errors of random flights are so large on the mean (decision 059).
+/// counted, which is what the errors of random flights are on the mean (decision 059).
 const VARIANCE_SHARE: f64 = 1.0 / 16.0;
 /// Largest inconsistency that raises the covariance: with more an autopilot would no longer follow estimates, most of
 /// which err by less.
