@@ -79,7 +79,7 @@ pub use prediction::Prediction;
 use projection::{CameraErrors, MovingCamera, PairState};
 use rotation::{exponential, orthonormal, skew};
 use sightings::Scratch;
-pub use sightings::Sighting;
+pub use sightings::{INFORMATION_SHARE, Sighting};
 use sparse::{SparseRows, transposed};
 pub use step::Step;
 

@@ -30,7 +30,7 @@
 //! if they are normal: `s` is the standard error by `P` along the worse direction, `d` the displacement, whose scale
 //! has the error of the focal length. Without samples of the IMU nothing persists, and the share of `P` is 1.
 
-use crate::filter::{Filter, MAX_KEYFRAMES, Sighting, Step};
+use crate::filter::{Filter, INFORMATION_SHARE, MAX_KEYFRAMES, Sighting, Step};
 use crate::keyframe::{Keyframe, MAX_REFINED, MatchMemory, REFINED_WORK, match_predicted, position};
 use crate::line::{Estimate, MIN_FEATURES, Reason};
 use crate::message::{InertialSample, Telemetry};
@@ -114,9 +114,6 @@ const MAX_RANGE_ERROR_M: f64 = 1.0;
 const MAX_STANDARD_ERROR_M: f64 = 1.0;
 /// The same far from the origin, as a part of the displacement: the scale is that of the height over unknown ground.
 const MAX_RELATIVE_ERROR: f64 = 0.1;
-/// Variance of an estimate as a share of that of the filter, with samples of the IMU: as if all of the information
-/// counted, which is what the errors of random flights are on the mean (decision 059).
-const VARIANCE_SHARE: f64 = 1.0 / 16.0;
 /// Largest inconsistency that raises the covariance: with more an autopilot would no longer follow estimates, most of
 /// which err by less.
 const MAX_RAISE: f64 = 10.0;
@@ -599,7 +596,8 @@ impl Tracker {
         let inconsistency = filter.inconsistency();
         let normal = PROTECTION_SIGMAS * sigma * inconsistency;
         let protection = (normal + PROTECTION_SCALE * moved.xy().norm()).max(MIN_PROTECTION_LEVEL_M);
-        let share = if filter.is_free() { 1.0 } else { VARIANCE_SHARE };
+        // As if all of the information counted: what the errors of random flights are on the mean (decision 059).
+        let share = if filter.is_free() { 1.0 } else { INFORMATION_SHARE };
         let covariance = covariance * (inconsistency.min(MAX_RAISE).powi(2) * share);
         let attitude = Attitude::of_rotation(&filter.pose.rotation);
         Ok(Estimate {

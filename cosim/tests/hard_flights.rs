@@ -16,8 +16,8 @@ fn flown(scenario: &str, seconds: f64) -> HoverOutcome {
 }
 
 /// Asserts that no estimate is misleading and that nearly all frames have one. Returns the largest error, m, and the
-/// number of frames whose error exceeds the smallest protection level of the flight: without the raise they would
-/// mislead.
+/// number of frames whose error exceeds the smallest protection level of the flight. Without the raise these estimates
+/// would be misleading.
 fn judged(outcome: &HoverOutcome, min_available: f64) -> (f64, usize) {
     let summary = &outcome.summary;
     let errors = || outcome.rows.iter().filter_map(|row| Some(row.error()?.norm()));
@@ -31,19 +31,13 @@ fn judged(outcome: &HoverOutcome, min_available: f64) -> (f64, usize) {
     (largest, uncovered)
 }
 
-/// Returns the mean NEES, 2 if the covariance is true.
-fn nees(outcome: &HoverOutcome) -> f64 {
-    let squares: Vec<f64> = outcome.rows.iter().filter_map(|row| row.normalised_squared_error()).collect();
-    squares.iter().sum::<f64>() / squares.len() as f64
-}
-
 #[test]
 #[ignore = "a flight of 6 s"]
 fn a_step_of_the_bias_does_not_mislead() {
     let outcome = flown("bias-step.toml", 6.0);
     let (error, uncovered) = judged(&outcome, 0.97);
     // 150 if the inconsistency does not raise the covariance (decision 059).
-    let nees = nees(&outcome);
+    let nees = outcome.nees().unwrap();
     assert!(nees < 12.0, "{nees}");
     assert!(error < 0.2 && uncovered > 0, "{error} m, {uncovered} frames beyond the smallest level");
 }
@@ -55,7 +49,7 @@ fn a_black_picture_during_a_zoom_is_survived() {
     let outcome = flown("black-in-zoom.toml", 9.0);
     let (error, _) = judged(&outcome, 0.8);
     // With all of the filter's variance it is 0.14.
-    let nees = nees(&outcome);
+    let nees = outcome.nees().unwrap();
     assert!(error < 0.4 && (0.5..8.0).contains(&nees), "{error} m, NEES {nees}");
 }
 

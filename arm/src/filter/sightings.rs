@@ -13,7 +13,7 @@ pub(super) const MAX_TOUCHED_CELLS: usize = 96;
 /// Unknowns of the system of an update.
 const SYSTEM: usize = 2 * PAIR;
 /// Part of the information of a sighting that counts: errors of position persist over frames and neighbours.
-const INFORMATION_SHARE: f64 = 1.0 / 16.0;
+pub const INFORMATION_SHARE: f64 = 1.0 / 16.0;
 /// The same without samples of the IMU: each frame then has a new pose, and only the keyframe's errors persist.
 const FREE_INFORMATION_SHARE: f64 = 1.0 / 4.0;
 /// Iterations of an update near the prediction, and without samples of the IMU, where the prediction is far.

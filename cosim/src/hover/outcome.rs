@@ -95,6 +95,12 @@ impl HoverOutcome {
         (in_view().filter(|row| row.line.x_e_m.is_some()).count(), in_view().count())
     }
 
+    /// Returns the mean normalised squared error (NEES), 2 if the covariance is true; `None` without an estimate.
+    pub fn nees(&self) -> Option<f64> {
+        let squares: Vec<f64> = self.rows.iter().filter_map(Row::normalised_squared_error).collect();
+        (!squares.is_empty()).then(|| squares.iter().sum::<f64>() / squares.len() as f64)
+    }
+
     /// Computes the statistics and the checks of the whole hover.
     pub(super) fn finish(&mut self, scene: &Scene, cycles: Option<u64>, first_difference: Option<usize>, wall_s: f64) {
         let (blind_target, (answered, in_view)) = (self.blind_target(), self.answered());

@@ -106,7 +106,6 @@ impl FlownFlight {
             }
         }
         let largest = |values: &mut dyn Iterator<Item = f64>| values.reduce(f64::max);
-        let nees: Vec<f64> = rows.iter().filter_map(Row::normalised_squared_error).collect();
         let (answered, in_view) = outcome.answered();
         let mut cells: BTreeMap<(usize, usize), usize> = BTreeMap::new();
         for (error, level) in errors.iter().zip(&levels) {
@@ -133,7 +132,7 @@ impl FlownFlight {
             misleading: outcome.summary.misleading,
             misleading_at_s: rows.iter().find(|row| row.is_misleading()).map(|row| row.truth.time),
             worst_ratio,
-            nees: (!nees.is_empty()).then(|| nees.iter().sum::<f64>() / nees.len() as f64),
+            nees: outcome.nees(),
             protection_level_m: levels.get(levels.len() / 2).copied(),
             cells: cells.join(" "),
             ingredients: flight.described(),
