@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::RandomFlight;
 use crate::campaign::CampaignError;
 use crate::chain::FeatureSource;
-use crate::hover::{HoverOutcome, HoverSettings, Row, hover};
+use crate::hover::{HoverOutcome, HoverSettings, hover};
 use crate::monitor::{BoxError, Monitor};
 
 /// Smallest error and protection level with a cell of its own in the table, m.
