@@ -38,6 +38,12 @@
 //! dx_s (1 - k_s),    P_st = k_s k_t P_st before + (1 - k_s k_t) P_st after
 //! ```
 //!
+//! **Patches alone.** Without samples of the IMU, and with a calibrated camera, a frame is fitted to patches that were
+//! refined on the frames, a few hundredths of a pixel each. Such a fit has no memory: keyframe, ground and camera err
+//! alike in all frames, so only the present pose is corrected, and all of the information counts. The ground is even at
+//! first. If fewer than six in ten patches agree, their residuals decide how rough it is: half of the
+//! variance of the relief is common to a cell, half is a landmark's own ([`hoverlock_reference::motion::relief`]).
+//!
 //! **Heights are eliminated** before a system is solved, as each has its own prior and none is seen with another: with
 //! `L = [A B; B^T D]`, `P_yy = [P C; C^T s^2]`, `n = (n_1, n_2)` and the diagonal `E = I + s^2 D`
 //!
@@ -72,8 +78,10 @@ mod sightings;
 mod sparse;
 mod step;
 
+use crate::calibration::Calibration;
 use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::Attitude;
+use hoverlock_reference::motion::relief::ReliefSums;
 use nalgebra::{Matrix3, SMatrix, Vector2, Vector3};
 pub use prediction::Prediction;
 use projection::{CameraErrors, MovingCamera, PairState};
@@ -123,6 +131,8 @@ const MAX_HEIGHT_SIGMA_M: f64 = 10.0;
 const HEIGHT_SIGMA: f64 = 0.2;
 /// The same without samples of the IMU: RANSAC has left out what is not on one plane.
 const FREE_HEIGHT_SIGMA: f64 = 0.05;
+/// The same of even ground, which patches alone are fitted to first.
+const EVEN_HEIGHT_SIGMA: f64 = 0.001;
 /// Standard deviation of the slope of the mean ground: a row of houses along one side of a picture from 20 m is one.
 const SLOPE_SIGMA: f64 = 0.15;
 /// Part of its error that the slope keeps in an update by sightings.
@@ -154,12 +164,11 @@ const WANDER_TIME_S: f64 = 10.0;
 const WHITE_ATTITUDE_SHARE: f64 = 0.25;
 /// Age of an attitude reading, s. Its error in a turn is treated as noise.
 const ATTITUDE_AGE_S: f64 = 0.01;
-/// Standard deviations of the errors of a camera that nobody has calibrated: distortion of normalised coordinates,
-/// read-out time (s) and relative error of the focal length. Assumptions.
-const CAMERA_SIGMAS: [f64; ERRORS] = [0.05, 0.015, 0.01];
-/// Standard deviation of the distortion without samples of the IMU: the camera is taken as calibrated. A distortion
-/// `k1` moves pairs like a tilt of `3 k1 d / h`, and without the IMU nothing else says which of them it is.
+/// Largest standard deviation of the distortion without samples of the IMU. A distortion `k1` moves pairs like a tilt
+/// of `3 k1 d / h`, and without the IMU only a calibration says which of them it is.
 const FREE_DISTORTION_SIGMA: f64 = 0.01;
+/// Longest read-out time with which patches alone are fitted, s.
+const MAX_FREE_READOUT_S: f64 = 0.001;
 /// States with their standard deviations without samples of the IMU. The ground is level then: a slope looks like tilt.
 const FREE_SIGMAS: [(usize, f64); 3] = [(CAMERA, FREE_DISTORTION_SIGMA), (SLOPE, 0.0), (SLOPE + 1, 0.0)];
 /// Standard error of the velocity at the start, m/s.
@@ -199,6 +208,7 @@ pub struct Filter {
     errors: CameraErrors,
     slope: Vector2<f64>,
     keyframes: [Option<MovingCamera>; MAX_KEYFRAMES],
+    calibration: Calibration,
     /// The last prediction had a sample of the IMU.
     has_rates: bool,
     /// The keyframe of the last frame if there were no samples of the IMU before it: the next one has its rates.
@@ -210,6 +220,14 @@ pub struct Filter {
     cell_m: f64,
     /// Standard deviation of the height of a cell, m.
     height_sigma: f64,
+    /// The last fit was one to patches alone, without samples of the IMU.
+    by_patches: bool,
+    /// Variance of the height of a landmark over that of its cell, m^2; 0 unless the fit is one to patches alone.
+    roughness: f64,
+    /// What the residuals of the last linearisation say of the relief.
+    relief: ReliefSums,
+    /// Mean chi squared of the patches over its expectation, at least 1.
+    excess: f64,
     /// The same where nothing is known of the relief, m.
     max_height_sigma: f64,
     /// Variances that are left out without samples of the IMU, in the order of [`FREE_SIGMAS`].
@@ -231,11 +249,7 @@ pub struct Filter {
 impl Filter {
     /// Allocates a filter. Its state is that of the next [`Filter::restart`].
     pub fn new() -> Self {
-        let mut covariance = vec![0.0; STATES * STATES];
-        for (error, sigma) in CAMERA_SIGMAS.iter().enumerate() {
-            covariance[(CAMERA + error) * (STATES + 1)] = sigma * sigma;
-        }
-        Self {
+        let mut filter = Self {
             pose: CameraPose { position: Vector3::zeros(), rotation: Matrix3::identity() },
             velocity: Vector3::zeros(),
             gyro_bias: Vector3::zeros(),
@@ -244,12 +258,17 @@ impl Filter {
             keyframes: [None; MAX_KEYFRAMES],
             has_rates: false,
             without_rates: None,
+            calibration: Calibration::default(),
             errors: CameraErrors::default(),
             slope: Vector2::zeros(),
-            covariance,
+            covariance: vec![0.0; STATES * STATES],
             cross: vec![0.0; STATES * CELLS],
             cell_m: 1.0,
             height_sigma: MAX_HEIGHT_SIGMA_M,
+            by_patches: false,
+            roughness: 0.0,
+            relief: ReliefSums::default(),
+            excess: 1.0,
             max_height_sigma: MAX_HEIGHT_SIGMA_M,
             withheld: [0.0; FREE_SIGMAS.len()],
             rates: Vector3::zeros(),
@@ -259,6 +278,21 @@ impl Filter {
             is_correlated: vec![false; CELLS],
             correlated: 0,
             scratch: Scratch::new(),
+        };
+        filter.calibrate(&Calibration::default());
+        filter
+    }
+
+    /// Gives the errors of the camera the values and standard errors of a calibration.
+    pub fn calibrate(&mut self, calibration: &Calibration) {
+        self.calibration = *calibration;
+        self.errors = CameraErrors::of(calibration);
+        self.withheld = [0.0; FREE_SIGMAS.len()];
+        for (state, sigma) in (CAMERA..SLOPE).zip(camera_sigmas(calibration)) {
+            (0..STATES).for_each(|i| self.covariance[state * STATES + i] = 0.0);
+            (0..STATES).for_each(|i| self.covariance[i * STATES + state] = 0.0);
+            self.cross[state * CELLS..(state + 1) * CELLS].fill(0.0);
+            self.covariance[state * (STATES + 1)] = sigma * sigma;
         }
     }
 
@@ -296,8 +330,8 @@ impl Filter {
         let of_camera = if is_sound {
             Matrix3::from_fn(|row, column| self.at(CAMERA + row, CAMERA + column))
         } else {
-            (self.errors, self.withheld) = (CameraErrors::default(), [0.0; FREE_SIGMAS.len()]);
-            Matrix3::from_diagonal(&Vector3::from(CAMERA_SIGMAS.map(|sigma| sigma * sigma)))
+            (self.errors, self.withheld) = (CameraErrors::of(&self.calibration), [0.0; FREE_SIGMAS.len()]);
+            Matrix3::from_diagonal(&Vector3::from(camera_sigmas(&self.calibration).map(|sigma| sigma * sigma)))
         };
         self.covariance.fill(0.0);
         let mut set = |row: usize, column: usize, value: f64| self.covariance[row * STATES + column] = value;
@@ -383,7 +417,20 @@ impl Filter {
 
     /// Returns the factor of standard errors that innovations and residuals demand, at least 1.
     pub fn inconsistency(&self) -> f64 {
-        ((self.nis[1] / CONSISTENT_NIS).max(1.0) * (self.common / sightings::COMMON_PX2).max(1.0)).sqrt()
+        let common = (self.common / sightings::COMMON_PX2).max(1.0);
+        ((self.nis[1] / CONSISTENT_NIS).max(1.0) * common * self.excess).sqrt()
+    }
+
+    /// Returns `true` if the camera is known as well as a fit to patches alone needs: without samples of the IMU
+    /// nothing says what a read-out over time does to a picture.
+    pub fn is_calibrated(&self) -> bool {
+        let Calibration { k1, readout_s, .. } = &self.calibration;
+        k1.sigma <= FREE_DISTORTION_SIGMA && readout_s.value + readout_s.sigma <= MAX_FREE_READOUT_S
+    }
+
+    /// Returns `true` if the last fit was one to patches alone.
+    pub fn is_by_patches(&self) -> bool {
+        self.by_patches
     }
 
     /// Returns `true` if the last prediction had no samples of the IMU.
@@ -552,6 +599,14 @@ impl Filter {
         }
     }
 
+    /// Shares a variance of the relief (m^2), within its limits, between cells and landmarks.
+    fn set_relief(&mut self, variance: f64) {
+        let limit = |part: f64| (part / HEIGHT_SIGMA * self.max_height_sigma).powi(2);
+        let half = variance.clamp(limit(EVEN_HEIGHT_SIGMA), limit(FREE_HEIGHT_SIGMA)) / 2.0;
+        self.set_height_sigma(half.sqrt());
+        self.roughness = half;
+    }
+
     fn height_variance(&self) -> f64 {
         self.height_sigma * self.height_sigma
     }
@@ -601,6 +656,11 @@ fn pair_states(k: usize) -> [usize; PAIR] {
         _ if i < 2 * POSE => first + i - POSE,
         _ => CAMERA + i - 2 * POSE,
     })
+}
+
+/// Returns the standard errors of a calibration in the order of the states.
+fn camera_sigmas(calibration: &Calibration) -> [f64; ERRORS] {
+    [calibration.k1.sigma, calibration.readout_s.sigma, calibration.focal.sigma]
 }
 
 /// Returns the standard errors of an attitude reading about the axes of the level frame, rad.

@@ -12,10 +12,11 @@
 
 use crate::filter::{Filter, Prediction, Sighting};
 use crate::line::MIN_FEATURES;
-use hoverlock_fixed_point::refinement::Template;
+use hoverlock_fixed_point::refinement::{Refined, Template};
 use hoverlock_reference::features::feature::Feature;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::budget::Budget;
+use hoverlock_reference::motion::estimate::Estimate as Motion;
 use hoverlock_reference::motion::model::derivative;
 use hoverlock_reference::motion::orthophoto::Camera;
 use nalgebra::{Matrix2, Matrix3, Vector2};
@@ -45,11 +46,13 @@ const MIN_TEMPLATE_SPACING_PX: usize = 48;
 /// Patches that are refined in a frame at most.
 pub const MAX_REFINED: usize = 100;
 /// Patches that were refined in a frame, from which on landmarks without a template take turns in the next.
-const MIN_REFINED: usize = 30;
+pub const MIN_REFINED: usize = 30;
 /// Landmarks without a template that are then matched in a frame, about.
 const TRIED_OTHERS: usize = 256;
 /// Smallest standard error of a refined sighting, px.
 const MIN_REFINED_SIGMA_PX: f64 = 0.05;
+/// The same without samples of the IMU, where no error persists: no comparison of noisy frames is more accurate.
+const MIN_FREE_SIGMA_PX: f64 = 0.02;
 /// Radius of the gate, in standard deviations.
 const GATE_SIGMAS: f64 = 3.5;
 /// Largest radius of the gate, px. A prediction that is less certain needs the search.
@@ -200,27 +203,68 @@ impl Keyframe {
         }
         for sighting in sightings.iter_mut().filter(has_template).step_by(count.div_ceil(most)) {
             tried += 1;
+            let Some(refined) = self.refined(sighting, pixels, homography) else { continue };
             let landmark = &self.landmarks[sighting.landmark];
-            let Some(template) = landmark.template.and_then(|index| self.templates.get(usize::from(index))) else {
-                continue;
-            };
-            let centre = template.centre();
-            let Some(warp) = derivative(homography, centre) else { continue };
-            let start = sighting.current + warp * (centre - sighting.reference);
-            let Some(refined) = template.refine(pixels, start, &warp) else { continue };
-            sighting.reference = centre;
-            sighting.current = refined.position;
-            sighting.covariance = refined.covariance
-                + covariance_after(landmark.refined, &landmark.refined_residual, MIN_REFINED_SIGMA_PX);
-            sighting.is_refined = true;
+            let persisting = covariance_after(landmark.refined, &landmark.refined_residual, MIN_REFINED_SIGMA_PX);
+            *sighting = Sighting { covariance: refined.covariance + persisting, ..refined };
             found += 1;
         }
         self.takes_turns = found >= MIN_REFINED;
         tried
     }
 
+    /// Refines the consensus of a search where its landmarks have a template, at most `most` of them, evenly chosen,
+    /// and adds what was found to `sightings`. Returns the number of patches that were tried.
+    pub fn refine_consensus(
+        &self,
+        motion: &Motion,
+        pixels: &Plane<u16>,
+        most: usize,
+        sightings: &mut Vec<Sighting>,
+    ) -> usize {
+        let landmarks = motion.inliers.iter().map(|&i| (motion.matches[i].reference, motion.pairs[i].current));
+        let templates = landmarks.filter(|(landmark, _)| self.landmarks[*landmark].template.is_some());
+        let count = templates.clone().count();
+        let most = most.min(count);
+        for (index, (landmark, current)) in templates.enumerate() {
+            if (index + 1) * most / count == index * most / count {
+                continue;
+            }
+            if let Some(refined) = self.refined(&self.sighting(landmark, current), pixels, &motion.homography) {
+                let floor = Matrix2::identity() * (MIN_FREE_SIGMA_PX * MIN_FREE_SIGMA_PX);
+                sightings.push(Sighting { covariance: refined.covariance + floor, ..refined });
+            }
+        }
+        most
+    }
+
+    /// Returns a sighting with the positions of its patch, and the covariance that these have by their pixels alone;
+    /// `None` without a template, or if the frame does not show the patch.
+    fn refined(&self, sighting: &Sighting, pixels: &Plane<u16>, homography: &Matrix3<f64>) -> Option<Sighting> {
+        let template = self.templates.get(usize::from(self.landmarks[sighting.landmark].template?))?;
+        let centre = template.centre();
+        let warp = derivative(homography, centre)?;
+        let start = sighting.current + warp * (centre - sighting.reference);
+        let Refined { position: current, covariance } = template.refine(pixels, start, &warp)?;
+        Some(Sighting { reference: centre, current, covariance, is_refined: true, ..*sighting })
+    }
+
+    /// Returns a sighting of a landmark by its feature, at `current` (px) in the present frame.
+    pub fn sighting(&self, landmark: usize, current: Vector2<f64>) -> Sighting {
+        Sighting {
+            landmark,
+            reference: position(&self.features[landmark]),
+            current,
+            covariance: self.sighting_covariance(landmark),
+            counts: true,
+            is_refined: false,
+            chi2: 0.0,
+            residual: Vector2::zeros(),
+        }
+    }
+
     /// Returns the covariance of a sighting of a landmark by its feature, px^2.
-    pub fn sighting_covariance(&self, landmark: usize) -> Matrix2<f64> {
+    fn sighting_covariance(&self, landmark: usize) -> Matrix2<f64> {
         let Landmark { good, refined, residual, .. } = &self.landmarks[landmark];
         covariance_after(good - refined, residual, MIN_SIGMA_PX)
     }
@@ -396,16 +440,8 @@ pub fn match_predicted(
     sightings.clear();
     for (index, found) in taken.iter().enumerate() {
         let Some((_, landmark)) = found else { continue };
-        sightings.push(Sighting {
-            landmark: *landmark,
-            reference: position(&keyframe.features[*landmark]),
-            current: position(&current[index]),
-            covariance: keyframe.sighting_covariance(*landmark),
-            counts: keyframe.is_proven(*landmark),
-            is_refined: false,
-            chi2: 0.0,
-            residual: Vector2::zeros(),
-        });
+        let sighting = keyframe.sighting(*landmark, position(&current[index]));
+        sightings.push(Sighting { counts: keyframe.is_proven(*landmark), ..sighting });
     }
     let is_startup = sightings.iter().filter(|sighting| sighting.counts).count() < MIN_PROVEN_LANDMARKS;
     if is_startup {

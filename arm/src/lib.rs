@@ -23,6 +23,7 @@
 
 pub mod arinc429;
 pub mod bus;
+pub mod calibration;
 mod filter;
 pub mod framing;
 pub mod hardware;

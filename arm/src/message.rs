@@ -8,6 +8,7 @@
 //! | 4 | command | `u32`: 1 capture a reference, 2 wide view, 3 narrow view, 4 stop, 5 renew the reference |
 //! | 5 | inertial | samples of the IMU, each a `u64` time in microseconds and six `f64`, see below |
 //! | 6 | pixels | `u32` frame, `u16` first row, `u16` rows, then the rows of the frame, `u16` each pixel, see below |
+//! | 7 | calibration | thirteen `f64`, see [`crate::calibration`] |
 //!
 //! The eight numbers: roll, pitch, yaw (radians), range (m), field of view (radians), and the standard errors of tilt,
 //! heading (radians) and range (m). Telemetry holds the sensor readings at the exposure of the frame with that number:
@@ -23,6 +24,9 @@
 //! they need, before its records; an odd number of pixels is followed by a zero. They are optional: where they lie in
 //! memory that FPGA and processor share, the program refines positions on them, and without them it takes those of the
 //! records.
+//!
+//! A calibration holds until the next one. One that differs from the present one makes the program forget its
+//! reference, which was seen with another camera. It is optional.
 
 use crate::framing::MAX_PAYLOAD_BYTES;
 use hoverlock_fixed_point::model::record::FeatureRecord;
@@ -44,9 +48,10 @@ pub const FRAME: u32 = 3;
 pub const COMMAND: u32 = 4;
 /// Kind of a message with samples of the IMU.
 pub const INERTIAL: u32 = 5;
-
 /// Kind of a message with rows of pixels.
 pub const PIXELS: u32 = 6;
+/// Kind of a message with the calibration of the camera.
+pub const CALIBRATION: u32 = 7;
 
 /// Size of the shorter record, that of one or two scale pairs.
 pub const MIN_RECORD_BYTES: usize = 4 * TWO_PAIR_WORDS;
@@ -78,7 +83,7 @@ pub enum MessageError {
     #[error("unknown command {0}")]
     Command(u32),
     /// A reading, given by its name, is outside its range.
-    #[error("telemetry: {0} is out of its range")]
+    #[error("{0} is out of its range")]
     Reading(&'static str),
     /// The last record is not a trailer, or its count differs from the number of features.
     #[error("records without their trailer")]

@@ -9,6 +9,7 @@
 //! reference is kept, as the ground has not moved.
 
 use crate::arinc429::{self, Camera as Addressee, Control, WordError};
+use crate::calibration::Calibration;
 use crate::framing::RawMessage;
 use crate::hardware::{self, Fpga, HardwareError, Size};
 use crate::line::{Estimate, Line, Reason, Status};
@@ -76,6 +77,7 @@ pub struct Navigator {
     size: Option<Size>,
     capture: bool,
     renew: bool,
+    calibration: Calibration,
     telemetry: [Option<Telemetry>; HISTORY_MESSAGES],
     telemetry_next: usize,
     seen: [Option<(u32, u32)>; HISTORY_MESSAGES],
@@ -111,6 +113,7 @@ impl Navigator {
             size: None,
             capture: false,
             renew: false,
+            calibration: Calibration::default(),
             telemetry: [None; HISTORY_MESSAGES],
             telemetry_next: 0,
             seen: [None; HISTORY_MESSAGES],
@@ -168,11 +171,13 @@ impl Navigator {
             message::TELEMETRY => self.telemetry(raw, out).is_err(),
             message::INERTIAL => match Inertial::parse(raw.payload) {
                 Ok(inertial) => {
-                    inertial.samples().for_each(|sample| self.tracker.take_sample(sample));
+                    let samples = inertial.samples().map(|sample| self.calibration.sample_of_camera(sample));
+                    samples.for_each(|sample| self.tracker.take_sample(sample));
                     false
                 }
                 Err(_) => true,
             },
+            message::CALIBRATION => self.calibrate(raw.payload).is_err(),
             // Before the registers their size is not known.
             message::PIXELS => self.pixels.as_mut().is_none_or(|pixels| pixels.take(raw.payload).is_err()),
             message::COMMAND => match Command::parse(raw.payload) {
@@ -190,6 +195,16 @@ impl Navigator {
         };
         self.counts.refused += u64::from(refused);
         Ok(Next::Continue)
+    }
+
+    /// Takes the calibration of the camera. With another one the reference is forgotten.
+    fn calibrate(&mut self, payload: &[u8]) -> Result<(), MessageError> {
+        let calibration = Calibration::parse(payload)?;
+        if calibration != self.calibration {
+            self.calibration = calibration;
+            self.tracker.calibrate(&calibration);
+        }
+        Ok(())
     }
 
     /// Emits the line of a frame that still waits for its telemetry. Call it at the end of the stream.
@@ -329,8 +344,9 @@ impl Navigator {
         budget: &mut Budget,
     ) -> Result<Option<Estimate>, Reason> {
         let size = self.size.ok_or(Reason::Registers)?;
-        let camera =
-            Camera::with_field_of_view(usize::from(size.width), usize::from(size.height), telemetry.field_of_view)?;
+        let [width, height] = [size.width, size.height].map(usize::from);
+        let camera = self.calibration.camera(Camera::with_field_of_view(width, height, telemetry.field_of_view)?);
+        let telemetry = &self.calibration.of_camera(telemetry, camera.focal());
         let pixels = self.pixels.as_ref().zip(frame).and_then(|(pixels, number)| pixels.of_frame(number));
         let seen = Seen { frame, telemetry, camera, features: &self.current, pixels };
         if self.capture {
@@ -338,6 +354,7 @@ impl Navigator {
             (self.capture, self.renew) = (false, false);
             return Ok(None);
         }
-        self.tracker.estimate(&seen, &mut self.renew, budget).map(Some)
+        let estimate = self.tracker.estimate(&seen, &mut self.renew, budget)?;
+        Ok(Some(self.calibration.of_sensor(estimate)))
     }
 }

@@ -28,10 +28,12 @@
 //!
 //! The covariance is what errors are on the mean. The protection level is the radius that one error of 100 000 exceeds
 //! if they are normal: `s` is the standard error by `P` along the worse direction, `d` the displacement, whose scale
-//! has the error of the focal length. Without samples of the IMU nothing persists, and the share of `P` is 1.
+//! has the error of the focal length. Without samples of the IMU nothing persists in `P`, whose share is 1. Where it is
+//! that of patches alone, the protection level has twice the standard errors.
 
-use crate::filter::{Filter, INFORMATION_SHARE, MAX_KEYFRAMES, Sighting, Step};
-use crate::keyframe::{Keyframe, MAX_REFINED, MatchMemory, REFINED_WORK, match_predicted, position};
+use crate::calibration::Calibration;
+use crate::filter::{Filter, INFORMATION_SHARE, MAX_KEYFRAMES, Step};
+use crate::keyframe::{Keyframe, MAX_REFINED, MIN_REFINED, MatchMemory, REFINED_WORK, match_predicted};
 use crate::line::{Estimate, MIN_FEATURES, Reason};
 use crate::message::{InertialSample, Telemetry};
 use hoverlock_reference::features::feature::Feature;
@@ -77,6 +79,8 @@ const SPARE_SHARE: u64 = 8;
 const MIN_INLIERS: usize = MIN_FEATURES;
 /// Sightings whose fit the search must leave work for.
 const RESERVED_SIGHTINGS: usize = 256;
+/// Patches of a search whose refinement and fit it must leave work for.
+const RESERVED_PATCHES: usize = 64;
 /// Steps of a prediction at most: with more samples between two frames, neighbours are merged. 0.6 s at 200 a second.
 pub const MAX_STEPS: usize = 128;
 /// Work units of a step.
@@ -121,6 +125,8 @@ const MAX_RAISE: f64 = 10.0;
 const MIN_PROTECTION_LEVEL_M: f64 = 0.05;
 /// Standard errors in the protection level: a normal error in the plane exceeds them with a probability of 1e-5.
 const PROTECTION_SIGMAS: f64 = 4.8;
+/// Factor of the protection level of a fit to patches alone, whose errors persist as long as the helicopter hovers.
+const PATCH_MARGIN: f64 = 2.0;
 /// Part of the displacement in the protection level.
 const PROTECTION_SCALE: f64 = 0.02;
 /// Protection level at which the quality has fallen to half, m.
@@ -211,6 +217,14 @@ impl Tracker {
     pub fn clear(&mut self) {
         self.spare.append(&mut self.keyframes);
         self.commanded = None;
+    }
+
+    /// Gives the camera a calibration, and forgets all frames.
+    pub fn calibrate(&mut self, calibration: &Calibration) {
+        self.clear();
+        self.restart_clock();
+        self.confirmed = false;
+        self.filter.calibrate(calibration);
     }
 
     /// Forgets the samples of the IMU and the time of the last frame.
@@ -417,7 +431,7 @@ impl Tracker {
     /// Returns the work units that the fit to keyframe `k` needs, and that what comes before it leaves.
     fn kept_for_fit(&self, k: usize) -> usize {
         let learning = LEARNED_WORK * self.keyframes[k].features.len();
-        learning + self.filter.work(RESERVED_SIGHTINGS, self.filter.expected_cells())
+        learning + self.filter.work(RESERVED_SIGHTINGS, self.filter.expected_cells(), false)
     }
 
     /// Matches keyframe `k` where it is predicted, refines some patches, and fits the filter.
@@ -495,7 +509,13 @@ impl Tracker {
         mark(Part::Search);
         let pairs = ACQUIRED_WORK * keyframe.features.len().min(present.features.len());
         let learning = LEARNED_WORK * keyframe.features.len();
-        let mut search = budget.split(pairs + learning + filter.work(RESERVED_SIGHTINGS, filter.expected_cells()));
+        let pixels = present.pixels.filter(|_| filter.is_free() && filter.is_calibrated());
+        let cells = filter.expected_cells();
+        let fit = match pixels {
+            Some(_) => REFINED_WORK * RESERVED_PATCHES + filter.work(RESERVED_PATCHES, cells, true),
+            None => filter.work(RESERVED_SIGHTINGS, cells, false),
+        };
+        let mut search = budget.split(pairs + learning + fit);
         let (workspace, known) = (&mut self.workspace, &keyframe.features);
         // Without a gate: it takes more work than it saves, and waves agree with a prediction (decision 058).
         let motion = Estimator::default().estimate_in(workspace, &mut search, known, present.features);
@@ -515,17 +535,24 @@ impl Tracker {
         self.memory.predicted.clear();
         self.memory.tried = keyframe.features.len();
         sightings.clear();
-        let (step, _) = filter.thinning(motion.inliers.len(), budget.left().saturating_sub(learning as u64));
-        sightings.extend(motion.inliers.iter().step_by(step).map(|&i| Sighting {
-            landmark: motion.matches[i].reference,
-            reference: position(&keyframe.features[motion.matches[i].reference]),
-            current: motion.pairs[i].current,
-            covariance: keyframe.sighting_covariance(motion.matches[i].reference),
-            counts: true,
-            is_refined: false,
-            chi2: 0.0,
-            residual: Vector2::zeros(),
-        }));
+        // Patches alone: the errors of features persist.
+        if let Some(pixels) = pixels {
+            let left = budget.left().saturating_sub(learning as u64);
+            let is_paid = |count: &usize| (REFINED_WORK * count + filter.work(*count, *count, true)) as u64 <= left;
+            let most = (MIN_REFINED..=MAX_REFINED).rev().find(is_paid).unwrap_or(0);
+            mark(Part::Refinement);
+            budget.spend(REFINED_WORK * keyframe.refine_consensus(motion, pixels, most, sightings));
+            mark(Part::Pose);
+        }
+        if sightings.len() < MIN_REFINED {
+            sightings.clear();
+            let (step, _) = filter.thinning(motion.inliers.len(), budget.left().saturating_sub(learning as u64));
+            let found = motion.inliers.iter().step_by(step);
+            sightings.extend(found.map(|&i| keyframe.sighting(motion.matches[i].reference, motion.pairs[i].current)));
+        } else {
+            // As many of them as of those whose landmark has a patch.
+            self.memory.tried = (self.memory.tried * sightings.len()).div_ceil(motion.inliers.len());
+        }
         let min_inliers = MIN_INLIERS.max(sightings.len() / 3);
         self.fit(k, present, min_inliers, budget)
     }
@@ -594,7 +621,8 @@ impl Tracker {
         let (moved, covariance, sigma) = self.place(present.telemetry)?;
         let filter = &self.filter;
         let inconsistency = filter.inconsistency();
-        let normal = PROTECTION_SIGMAS * sigma * inconsistency;
+        let margin = if filter.is_by_patches() { PATCH_MARGIN } else { 1.0 };
+        let normal = PROTECTION_SIGMAS * sigma * inconsistency * margin;
         let protection = (normal + PROTECTION_SCALE * moved.xy().norm()).max(MIN_PROTECTION_LEVEL_M);
         // As if all of the information counted: what the errors of random flights are on the mean (decision 059).
         let share = if filter.is_free() { 1.0 } else { INFORMATION_SHARE };

@@ -2,6 +2,7 @@
 
 mod support;
 
+use hoverlock_arm::calibration::Calibration;
 use hoverlock_arm::framing::Decoder;
 use hoverlock_arm::line::{Line, Reason, Status};
 use hoverlock_arm::message::{self, Command, InertialSample, Telemetry};
@@ -170,6 +171,23 @@ fn a_restarted_source_keeps_the_reference() {
     let (x, _) = displacement(4);
     assert!((lines[4].estimate.unwrap().x_e_m - x).abs() < 0.05);
     assert_eq!(lines[4].frame, Some(1));
+}
+
+#[test]
+fn another_calibration_forgets_the_reference() {
+    let mut source = stream(300, 2);
+    let mut calibration = Calibration::default();
+    let send = |source: &mut Source, calibration: &Calibration, frame| {
+        source.send(message::CALIBRATION, &calibration.encode()).unwrap();
+        source.send_frame(&telemetry(frame), &records(300, frame), &[2000, 2000]).unwrap();
+    };
+    // That of a camera that nobody has calibrated is the one before any came.
+    send(&mut source, &calibration, 2);
+    calibration.focal.value = 0.01;
+    send(&mut source, &calibration, 3);
+    let lines = lines(&source);
+    assert!(lines[2].estimate.is_some(), "{:?}", lines[2]);
+    assert_eq!(lines[3].reason, Some(Reason::Reference));
 }
 
 #[test]

@@ -28,7 +28,8 @@ use crate::progress::Reporter;
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment, after_long_help = HELP)]
 pub struct Args {
-    /// A folder of frames: 00.png, 01.png, ..; beside them, if known, telemetry.csv, inertial.csv and pseudo_gt.csv
+    /// A folder of frames: 00.png, 01.png, ..; beside them, if known, telemetry.csv, inertial.csv, calibration.toml and
+    /// pseudo_gt.csv
     #[arg(value_name = "SEQUENCE_DIR")]
     sequence: PathBuf,
     /// Where features come from

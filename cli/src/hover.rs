@@ -8,8 +8,9 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use anyhow::Result;
+use hoverlock_arm::calibration::Calibration;
 use hoverlock_cosim::hover::{TABLE, table};
-use hoverlock_cosim::sequence::{FIRST_FRAME, INERTIAL, SequenceWriter, TELEMETRY};
+use hoverlock_cosim::sequence::{CALIBRATION, FIRST_FRAME, INERTIAL, SequenceWriter, TELEMETRY, calibration};
 use hoverlock_cosim::{BoxError, FrameProgress, HoverOutcome, HoverSettings, Monitor, hover};
 use hoverlock_reports::output::PAGE;
 use indicatif::ProgressBar;
@@ -73,7 +74,7 @@ pub struct Args {
     /// The folder for the page, index.html, and the table of each frame, hover.csv, which grows as it flies
     #[arg(long, value_name = "DIR", default_value = "out/hover")]
     out: PathBuf,
-    /// Save the frames and their telemetry into this folder, for `hoverlock cosim`
+    /// Save the frames, their telemetry and the calibration into this folder, for `hoverlock cosim`
     #[arg(long, value_name = "DIR")]
     save: Option<PathBuf>,
     /// One JSON object on stdout: pass rms_m max_m frames lost and more
@@ -89,6 +90,7 @@ struct Recorder {
     /// The table; `None` before the first frame.
     table: Mutex<Option<File>>,
     saved: Option<(PathBuf, Mutex<SequenceWriter>)>,
+    calibration: Calibration,
 }
 
 impl Monitor for Recorder {
@@ -128,6 +130,8 @@ impl Recorder {
         self.bar.finish_and_clear();
         let Some((folder, writer)) = &self.saved else { return Ok(()) };
         let writer = writer.lock().unwrap_or_else(PoisonError::into_inner);
+        let calibration = calibration::text(&self.calibration)?;
+        write_file(&folder.join(CALIBRATION), calibration.as_bytes())?;
         write_file(&folder.join(INERTIAL), writer.inertial_table().as_bytes())?;
         write_file(&folder.join(TELEMETRY), writer.table().as_bytes())
     }
@@ -152,7 +156,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
         settings.read_scenario(path)?;
     }
     let folder = Folder::of(&args.out, "hover", &[PAGE, TABLE])?;
-    let frames = |save| Folder::of(save, "hover --save", &[TELEMETRY, INERTIAL, FIRST_FRAME]);
+    let frames = |save| Folder::of(save, "hover --save", &[TELEMETRY, INERTIAL, CALIBRATION, FIRST_FRAME]);
     let save = args.save.as_deref().map(frames).transpose()?;
     let recorder = Recorder {
         bar: bar(0, "{bar:32} {percent:>3} %  {elapsed}  {msg}"),
@@ -160,6 +164,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
         path: args.out.join(TABLE),
         table: Mutex::default(),
         saved: args.save.clone().map(|folder| (folder, Mutex::default())),
+        calibration: settings.scenario.calibration.unwrap_or_default(),
     };
     let outcome = hover(&settings, &recorder)?;
     recorder.finish()?;

@@ -156,14 +156,17 @@ impl CosimFrame {
 pub fn cosim(settings: &CosimSettings, monitor: &dyn Monitor) -> Result<CosimOutcome, CosimError> {
     // A missing or unsuitable ARM binary is reported before the pictures are read.
     check_choice(settings.features, &settings.design, settings.flight_program)?;
-    let Sequence { frames, names, telemetry, inertial, is_telemetry_assumed, pseudo_truths } =
+    let Sequence { frames, names, telemetry, inertial, calibration, is_telemetry_assumed, pseudo_truths } =
         sequence::read(&settings.sequence, &settings.limits, monitor)?;
     let step = monitor.long_step("frames through extractor and flight program");
     let started = Instant::now();
-    let mut chain = Chain::start(settings.features, &settings.design, settings.flight_program, &frames[0], monitor)?;
+    let start = |features, program| {
+        Chain::start(features, &settings.design, program, &frames[0], calibration.as_ref(), monitor)
+    };
+    let mut chain = start(settings.features, settings.flight_program)?;
     let mut float = match settings.features {
         FeatureSource::Float => None,
-        _ => Some(Chain::start(FeatureSource::Float, &settings.design, FlightProgram::Host, &frames[0], monitor)?),
+        _ => Some(start(FeatureSource::Float, FlightProgram::Host)?),
     };
     let mut reference = FloatReference { solved: 0, estimated: 0 };
     let (mut outputs, mut estimates) = (Vec::new(), Vec::new());

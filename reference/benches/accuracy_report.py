@@ -11,12 +11,15 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "setup"))
 import results  # noqa: E402
 
 # Methods by their names in the scores, in the documents and in `docs/results.json`.
-METHODS = {"flight_program": "Flight_program", "hoverlock": "Hoverlock", "orb": "ORB", "akaze": "AKAZE", "brisk": "BRISK", "sift": "SIFT", "klt": "KLT"}
+METHODS = {"flight_program": "Flight_program", "uncalibrated": "Uncalibrated", "hoverlock": "Hoverlock", "orb": "ORB", "akaze": "AKAZE",
+           "brisk": "BRISK", "sift": "SIFT", "klt": "KLT"}
+# Those that give no matches, with their lines in the table.
+FLOWN = {"flight_program": "**flight program**", "uncalibrated": "**flight program**, camera not calibrated"}
 # The methods whose covariance is judged, with the beginnings of their names in `docs/results.json`.
 OURS = {"hoverlock": "", "flight_program": "flight_program_"}
 # Columns of the pose in the table, with the condition of each.
 POSES = {"wide": "nominal", "hover": "hover", "narrow": "narrow", "relief": "relief"}
-COLOURS = ["#111111", "#c0392b", "#2471a3", "#1e8449", "#b9770e", "#7d3c98", "#5d6d7e"]
+COLOURS = ["#111111", "#888888", "#c0392b", "#2471a3", "#1e8449", "#b9770e", "#7d3c98", "#5d6d7e"]
 # Largest error at the centre of the frame of a correct motion, px.
 MAX_CENTRE_ERROR_PX = 2.0
 
@@ -90,7 +93,7 @@ def markdown(rows) -> str:
             cells = ["-" if math.isnan(found[key]) else format(found[key], forms[key])
                      for key in ("first", "final", "localisation", "centre", *POSES)]
             times = [format(median(ms), ".0f") if (ms := numbers(of, key)) else "-" for key in ("detect", "match")]
-            label = "**flight program**" if method == "flight_program" else f"{name}, refined" if refined else name
+            label = FLOWN.get(method) or (f"{name}, refined" if refined else name)
             lines.append(f"| {label} | " + " | ".join(cells) + f" | {found['no_pose']} of {len(of)} | " + " | ".join(times) + " |")
     return "\n".join(lines)
 
@@ -111,7 +114,7 @@ def values(rows) -> dict[str, dict[str, float]]:
     methods = {"flights": len(of_method(rows, "hoverlock", False))}
     for method, name in METHODS.items():
         for refined in (False, True):
-            prefix = f"{name}.{'refined_' if refined and method != 'flight_program' else ''}"
+            prefix = f"{name}.{'refined_' if refined and method not in FLOWN else ''}"
             if of_method(rows, method, refined):
                 found = summary(rows, method, refined)
                 methods |= {prefix + key: value for key, value in found.items() if not math.isnan(value)}
@@ -144,7 +147,7 @@ def frame(width, height, body) -> str:
 def pose_plot(rows) -> str:
     """Plots the root mean square error of the displacement by condition; all methods share refinement and pose fit."""
     conditions = list(dict.fromkeys(row["condition"] for row in rows))
-    lines = [("flight_program", True), ("hoverlock", False), *((method, True) for method in METHODS if method != "flight_program")]
+    lines = [*((method, True) for method in FLOWN), ("hoverlock", False), *((method, True) for method in METHODS if method not in FLOWN)]
     left, right, top, bottom = 60, 880, 40, 330
     low, high = -2.3, 0.5
     y = lambda v: bottom - (math.log10(v) - low) / (high - low) * (bottom - top)
@@ -160,11 +163,11 @@ def pose_plot(rows) -> str:
             if values:
                 v = min(max(rms(values), 10**low), 10**high)
                 fill = colour[method] if refined else "white"
-                body.append(f'<circle cx="{x(i) + 6.5 * (m - 3.5):.1f}" cy="{y(v):.1f}" r="{5 if method in OURS else 3.5}" '
+                body.append(f'<circle cx="{x(i) + 6 * (m - 4):.1f}" cy="{y(v):.1f}" r="{5 if method in OURS else 3.5}" '
                             f'fill="{fill}" stroke="{colour[method]}" stroke-width="2"/>')
     for m, (method, name) in enumerate(METHODS.items()):
-        body += [f'<circle cx="{100 + 105 * m}" cy="{bottom + 42}" r="5" fill="{colour[method]}"/>',
-                 text(110 + 105 * m, bottom + 46, name.replace("_", " "), "start")]
+        body += [f'<circle cx="{40 + 108 * m}" cy="{bottom + 42}" r="5" fill="{colour[method]}"/>',
+                 text(50 + 108 * m, bottom + 46, name.replace("_", " "), "start")]
     return frame(900, 390, body)
 
 

@@ -49,10 +49,10 @@ def test_the_bench_of_accuracy():
                   "narrow", "narrow noisy"]
     number = dict.fromkeys(("first", "last", "localisation", "centre", "nees"), "0.5")
     rows = [number | {"condition": condition, "method": method, "refined": refined, "pose": pose} for condition in conditions
-            for method in report.METHODS if method != "flight_program" for refined, pose in (("0", "0.5"), ("1", "0.25"))]
+            for method in report.METHODS if method not in report.FLOWN for refined, pose in (("0", "0.5"), ("1", "0.25"))]
     # The flight program gives no matches.
-    flown = {"method": "flight_program", "refined": "1", "first": "NaN", "last": "NaN", "localisation": "NaN", "centre": "", "pose": "0.1", "nees": "2"}
-    rows += [flown | {"condition": condition} for condition in conditions]
+    flown = {"refined": "1", "first": "NaN", "last": "NaN", "localisation": "NaN", "centre": "", "pose": "0.1", "nees": "2"}
+    rows += [flown | {"method": method, "condition": condition} for method in report.FLOWN for condition in conditions]
     values = report.values(rows)
     methods = values["accuracy.methods"]
     assert (methods["ORB.wide"], methods["ORB.refined_wide"], methods["flights"]) == (50, 25, len(conditions))

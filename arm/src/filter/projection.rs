@@ -2,6 +2,7 @@
 
 use super::rotation::{exponential, skew};
 use super::{CameraPose, PAIR, POSE};
+use crate::calibration::Calibration;
 use hoverlock_reference::motion::orthophoto::Camera;
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, SMatrix, Vector2, Vector3};
 
@@ -37,6 +38,12 @@ pub(super) struct CameraErrors {
 }
 
 impl CameraErrors {
+    /// Returns the values of a calibration.
+    pub(super) fn of(calibration: &Calibration) -> Self {
+        let Calibration { k1, readout_s, focal, .. } = calibration;
+        Self { distortion: k1.value, readout_s: readout_s.value, focal: focal.value }
+    }
+
     /// Adds errors in the order of the states.
     pub(super) fn add(&mut self, change: &Vector3<f64>) {
         self.distortion += change.x;

@@ -3,9 +3,10 @@
 use super::information::InformationBatch;
 use super::linear::{solve, subtract_products, transposed};
 use super::projection::{PairState, Projection};
-use super::{CELLS, CORE, Filter, KEPT_SLOPE, PAIR, SLOPE, STATES, pair_states};
+use super::{CELLS, CORE, Filter, GYRO_BIAS, KEPT_SLOPE, PAIR, SLOPE, STATES, pair_states};
 use hoverlock_reference::motion::budget::Budget;
 use hoverlock_reference::motion::orthophoto::Camera;
+use hoverlock_reference::motion::relief::{ReliefSums, clipped};
 use nalgebra::{Matrix2, Matrix6, SMatrix, Vector2, Vector6};
 
 /// Cells that the sightings of one frame may touch; sightings of further cells are not used.
@@ -18,6 +19,12 @@ pub const INFORMATION_SHARE: f64 = 1.0 / 16.0;
 const FREE_INFORMATION_SHARE: f64 = 1.0 / 4.0;
 /// Iterations of an update near the prediction, and without samples of the IMU, where the prediction is far.
 const ITERATIONS: [usize; 2] = [4, 8];
+/// Iterations of a fit to patches alone: over even ground, and over a rough one if that fails.
+const PATCH_ITERATIONS: [usize; 2] = [6, 5];
+/// Least share of the patches that agree over even ground.
+const MIN_EVEN_SHARE: f64 = 0.6;
+/// Largest chi squared of a patch in their mean: what is further off is on another thing, however far.
+const MAX_EXCESS_CHI2: f64 = 200.0;
 /// Sightings at most in an iteration, evenly chosen; the update itself has all.
 const ITERATED_SIGHTINGS: usize = 128;
 /// Work units of a sighting in an iteration: its projection with all derivatives, and its part of the information.
@@ -182,8 +189,9 @@ impl Scratch {
 }
 
 impl Filter {
-    fn iterations(&self) -> usize {
-        ITERATIONS[usize::from(self.is_free)]
+    /// Returns the iterations of a fit, at most.
+    fn iterations(&self, by_patches: bool) -> usize {
+        if by_patches { PATCH_ITERATIONS.iter().sum() } else { ITERATIONS[usize::from(self.is_free)] }
     }
 
     /// Returns the cells that sightings are expected to touch: as many as those of the last update, and some more.
@@ -191,12 +199,14 @@ impl Filter {
         (self.scratch.last_cells + MORE_CELLS).min(MAX_TOUCHED_CELLS)
     }
 
-    /// Returns the work units of [`Filter::update_sightings`] with a number of sightings that may touch a number of
-    /// cells.
-    pub fn work(&self, sightings: usize, cells: usize) -> usize {
+    /// Returns the work units of [`Filter::update_sightings`] with a number of sightings, or of patches alone, that may
+    /// touch a number of cells.
+    pub fn work(&self, sightings: usize, cells: usize, by_patches: bool) -> usize {
         let cells = sightings.min(cells);
-        self.iterations() * (system_work(cells) + SIGHTING_WORK * sightings.min(ITERATED_SIGHTINGS))
-            + SIGHTING_WORK * sightings
+        // The residuals of patches are looked at over even and over rough ground.
+        let looks = if by_patches { 2 } else { 1 };
+        self.iterations(by_patches) * (system_work(cells) + SIGHTING_WORK * sightings.min(ITERATED_SIGHTINGS))
+            + looks * SIGHTING_WORK * sightings
             + self.application_work(cells)
     }
 
@@ -210,10 +220,12 @@ impl Filter {
 
     /// Returns the largest number of sightings whose update takes at most `units`; 0 if there is none.
     fn affordable_sightings(&self, units: u64, cells: usize) -> usize {
-        let iterated = self.work(ITERATED_SIGHTINGS, cells) as u64;
+        let iterated = self.work(ITERATED_SIGHTINGS, cells, false) as u64;
         match units.checked_sub(iterated) {
             Some(rest) => ITERATED_SIGHTINGS + (rest / SIGHTING_WORK as u64).min(usize::MAX as u64 / 2) as usize,
-            None => (1..ITERATED_SIGHTINGS).rev().find(|count| self.work(*count, cells) as u64 <= units).unwrap_or(0),
+            None => {
+                (1..ITERATED_SIGHTINGS).rev().find(|count| self.work(*count, cells, false) as u64 <= units).unwrap_or(0)
+            }
         }
     }
 
@@ -241,38 +253,84 @@ impl Filter {
         budget: &mut Budget,
     ) -> Option<Fitted> {
         self.scratch.max_cells = max_cells;
-        let prior = self.pair_state(k)?;
-        let mut change = [0.0; PAIR];
-        let states = pair_states(k);
-        for iteration in 0..self.iterations() {
-            let chosen = sightings.len().div_ceil(ITERATED_SIGHTINGS).max(1);
-            let loss_scale = (iteration > 0).then(|| self.loss_scale(iteration));
-            spend(budget, SIGHTING_WORK * sightings.len().div_ceil(chosen))?;
-            self.linearise(&prior.moved(&change), cameras, sightings, chosen, &change, loss_scale)?;
-            spend(budget, system_work(self.scratch.cells.len()))?;
-            self.fill_system(&states);
-            change = self.solve_change()?;
-        }
+        self.by_patches = self.is_free && sightings.iter().all(|sighting| sighting.is_refined);
+        (self.roughness, self.excess) = (0.0, 1.0);
+        let (change, inliers) = if self.by_patches {
+            self.fit_patches(k, cameras, sightings, budget)?
+        } else {
+            self.fit(k, cameras, sightings, self.iterations(false), false, budget)?
+        };
         let innovation = self.innovation(k, &change)?;
-        // The residuals at the solution.
-        spend(budget, SIGHTING_WORK * sightings.len())?;
-        self.linearise(&prior.moved(&change), cameras, sightings, 1, &change, Some(LOSS_CHI2))?;
-        let inliers = sightings.iter().filter(|sighting| sighting.is_inlier()).count();
         let is_applied = innovation <= MAX_INNOVATION_CHI2 && inliers >= min_inliers;
         if is_applied {
             let before = self.relative_covariance(k);
             self.scratch.last_cells = self.scratch.cells.len();
             spend(budget, self.application_work(self.scratch.last_cells))?;
-            self.apply(&states)?;
+            self.apply(&pair_states(k))?;
             self.monitor(k, &change, &before);
             self.watch_blocks(cameras[1], sightings);
         }
         Some(Fitted { innovation, inliers, is_applied })
     }
 
-    /// Returns the scale of the loss in an iteration.
-    fn loss_scale(&self, iteration: usize) -> f64 {
-        let coarse = self.iterations().saturating_sub(FINE_ITERATIONS + iteration);
+    /// Fits to patches alone as [`Filter::fit`] does: over even ground, and over a rough one if too few agree. Over
+    /// rough ground much can be explained: between streets and roofs it finds more than one solution.
+    fn fit_patches(
+        &mut self,
+        k: usize,
+        cameras: [&Camera; 2],
+        sightings: &mut [Sighting],
+        budget: &mut Budget,
+    ) -> Option<([f64; PAIR], usize)> {
+        let [even, rough] = PATCH_ITERATIONS;
+        self.set_relief(0.0);
+        let mut found = self.fit(k, cameras, sightings, even, false, budget)?;
+        let count = sightings.len() as f64;
+        if (found.1 as f64) < MIN_EVEN_SHARE * count {
+            self.set_relief(f64::INFINITY);
+            found = self.fit(k, cameras, sightings, rough, true, budget)?;
+        }
+        let squares: f64 = sightings.iter().map(|sighting| sighting.chi2.min(MAX_EXCESS_CHI2)).sum();
+        self.excess = (squares / (2.0 * count)).max(1.0);
+        Some(found)
+    }
+
+    /// Iterates from the prediction to the poses that sightings fit best. Returns the change of the states of the pair,
+    /// and the number of inliers; the last linearisation is at the solution. If the ground `is_rough`, the residuals
+    /// decide by how much.
+    fn fit(
+        &mut self,
+        k: usize,
+        cameras: [&Camera; 2],
+        sightings: &mut [Sighting],
+        iterations: usize,
+        is_rough: bool,
+        budget: &mut Budget,
+    ) -> Option<([f64; PAIR], usize)> {
+        let prior = self.pair_state(k)?;
+        let mut change = [0.0; PAIR];
+        let states = pair_states(k);
+        for iteration in 0..iterations {
+            let chosen = sightings.len().div_ceil(ITERATED_SIGHTINGS).max(1);
+            let loss_scale = (iteration > 0).then(|| self.loss_scale(iterations - iteration));
+            spend(budget, SIGHTING_WORK * sightings.len().div_ceil(chosen))?;
+            self.linearise(&prior.moved(&change), cameras, sightings, chosen, &change, loss_scale)?;
+            spend(budget, system_work(self.scratch.cells.len()))?;
+            self.fill_system(&states);
+            change = self.solve_change()?;
+            if is_rough {
+                self.set_relief(self.relief.variance());
+            }
+        }
+        // The residuals at the solution.
+        spend(budget, SIGHTING_WORK * sightings.len())?;
+        self.linearise(&prior.moved(&change), cameras, sightings, 1, &change, Some(LOSS_CHI2))?;
+        Some((change, sightings.iter().filter(|sighting| sighting.is_inlier()).count()))
+    }
+
+    /// Returns the scale of the loss in an iteration, with the number of those that are left.
+    fn loss_scale(&self, left: usize) -> f64 {
+        let coarse = left.saturating_sub(FINE_ITERATIONS);
         if self.is_free { LOSS_CHI2 * LOSS_SCALE_RATIO.powi(coarse as i32) } else { LOSS_CHI2 }
     }
 
@@ -356,15 +414,25 @@ impl Filter {
         coupling.clear();
         heights.clear();
         height_vector.clear();
-        let share = chosen as f64 * if self.is_free { FREE_INFORMATION_SHARE } else { INFORMATION_SHARE };
-        let height_variance = self.height_variance();
+        let share = match (self.is_free, self.by_patches) {
+            (false, _) => INFORMATION_SHARE,
+            (true, false) => FREE_INFORMATION_SHARE,
+            (true, true) => 1.0,
+        };
+        let share = chosen as f64 * share;
+        let (roughness, height_variance) = (self.roughness, self.height_variance() + self.roughness);
+        self.relief = ReliefSums::default();
         let mut any = false;
         let mut batch = InformationBatch::new();
         for sighting in sightings.iter_mut().step_by(chosen) {
             let Some(seen) = sighting.judge(state, cameras, height_variance) else { continue };
             let (g, residual, chi2) = (seen.by_height, sighting.residual, sighting.chi2);
-            let Some(inverse) = sighting.covariance.try_inverse().filter(|_| sighting.counts && chi2.is_finite())
-            else {
+            let mut covariance = sighting.covariance;
+            if self.by_patches && sighting.counts {
+                covariance += g * g.transpose() * roughness;
+                add_relief(&mut self.relief, sighting, &g, height_variance);
+            }
+            let Some(inverse) = covariance.try_inverse().filter(|_| sighting.counts && chi2.is_finite()) else {
                 continue;
             };
             let loss = loss_scale.map_or(1.0, |scale| scale / (scale + chi2));
@@ -468,6 +536,8 @@ impl Filter {
         self.fill_system(states);
         self.solve_gain(states)?;
         let active = self.active();
+        // A fit to patches alone has no memory.
+        let changed = if self.by_patches { GYRO_BIAS } else { active };
         let Self { covariance, cross, scratch, .. } = self;
         let Scratch { cells, place, gain, height_gain, columns, product, pose_vector, height_vector, .. } = scratch;
         let mut by = [0.0; STATES];
@@ -478,6 +548,8 @@ impl Filter {
         }
         by[SLOPE..CORE].iter_mut().for_each(|value| *value *= 1.0 - KEPT_SLOPE);
         let size = PAIR + cells.len();
+        by[changed..].fill(0.0);
+        columns[..size].iter_mut().for_each(|row| row[changed..].fill(0.0));
         let slopes = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(row, column)| (SLOPE + row) * STATES + SLOPE + column);
         let before = slopes.map(|at| covariance[at]);
         subtract_products(covariance, &product[..size], &columns[..size], active);
@@ -493,7 +565,7 @@ impl Filter {
             if touched == usize::MAX && before.iter().all(|value| *value == 0.0) {
                 continue;
             }
-            for (row, of_pose) in of_poses.iter().enumerate().take(active) {
+            for (row, of_pose) in of_poses.iter().enumerate().take(changed) {
                 let mut less: f64 = of_pose.iter().zip(&before).map(|(product, before)| product * before).sum();
                 if touched != usize::MAX {
                     less += product[PAIR + touched][row] * variance;
@@ -557,6 +629,17 @@ impl Filter {
             }
         }
         Some(())
+    }
+}
+
+/// Adds the residual of a sighting to what is known of the relief, whose variance so far is `variance` (m^2); `g` is
+/// the derivative of its image by height.
+fn add_relief(relief: &mut ReliefSums, sighting: &Sighting, g: &Vector2<f64>, variance: f64) {
+    let g2 = g.norm_squared();
+    if g2 > 0.0 {
+        let along = sighting.residual.dot(g);
+        let s2 = g.dot(&(sighting.covariance * g)) / g2;
+        relief.push(g2, clipped(along * along / g2, s2 + variance * g2), s2, variance);
     }
 }
 

@@ -239,13 +239,13 @@ fn the_errors_of_the_camera_are_estimated() {
     }
     let sigma = filter.at(CAMERA, CAMERA).sqrt();
     let error = filter.errors.distortion - errors.distortion;
-    assert!(sigma < 0.5 * CAMERA_SIGMAS[0] && error.abs() < 3.0 * sigma, "{error} {sigma}");
+    assert!(sigma < 0.5 * Calibration::default().k1.sigma && error.abs() < 3.0 * sigma, "{error} {sigma}");
     let before = filter.errors.distortion;
     filter.restart(50.0, &Attitude::default(), &SENSORS, 46.0, false);
     assert_eq!((filter.errors.distortion, filter.at(CAMERA, CAMERA).sqrt()), (before, sigma));
     filter.errors.distortion = f64::NAN;
     filter.restart(50.0, &Attitude::default(), &SENSORS, 46.0, true);
-    assert!(filter.is_sound() && filter.at(CAMERA, CAMERA).sqrt() == CAMERA_SIGMAS[0]);
+    assert!(filter.is_sound() && filter.at(CAMERA, CAMERA).sqrt() == Calibration::default().k1.sigma);
 }
 
 /// A climb over a slope looks like a motion across it.
@@ -293,7 +293,7 @@ fn without_samples_the_camera_is_calibrated_and_the_ground_is_flat() {
     let (known, moved) = (filter.at(CAMERA, CAMERA), filter.displacement(0).unwrap().1[(0, 0)]);
     let correlation = filter.cross.iter().map(|value| value.abs()).fold(0.0, f64::max);
     filter.predict(hovering(0.005), &SENSORS);
-    let withheld = CAMERA_SIGMAS[0].powi(2) - FREE_DISTORTION_SIGMA.powi(2);
+    let withheld = Calibration::default().k1.sigma.powi(2) - FREE_DISTORTION_SIGMA.powi(2);
     assert!((filter.at(CAMERA, CAMERA) - known - withheld).abs() < 1e-12);
     assert_eq!(filter.height_sigma, MAX_HEIGHT_SIGMA_M);
     filter.predict_free(1e-6);
@@ -471,4 +471,110 @@ fn residuals_that_a_block_has_in_common_raise_the_protection_level() {
     let factors = [0.0, 0.03, 0.3, 1.0].map(factor_with_common_residuals);
     assert!(factors[0] < 1.1 && factors[1] < 1.5, "{factors:?}");
     assert!(factors[2] > 2.0 && factors[3] > 1.5 * factors[2], "{factors:?}");
+}
+
+/// Returns patches of points whose ground has the height `height` (m) of each, with noise of 0.02 px.
+fn patches(
+    filter: &Filter,
+    moved: Vector3<f64>,
+    rng: &mut ChaCha8Rng,
+    height: impl Fn(usize, &mut ChaCha8Rng) -> f64,
+) -> Vec<Sighting> {
+    let camera = camera();
+    let mut state = filter.pair_state(0).unwrap();
+    state.then.pose.rotation = Matrix3::identity();
+    state.now.pose.position = state.then.pose.position + moved;
+    state.now.pose.rotation = Matrix3::identity();
+    let mut found = sightings(filter, moved, CameraErrors::default(), rng);
+    found.truncate(80);
+    for patch in &mut found {
+        let seen = state.project([&camera, &camera], &patch.reference).unwrap();
+        let noise = 0.02 * Vector2::new(normal(rng), normal(rng));
+        patch.current = seen.image + seen.by_height * height(patch.landmark, rng) + noise;
+        (patch.covariance, patch.is_refined) = (Matrix2::identity() * 0.0004, true);
+    }
+    found
+}
+
+/// Returns a filter with a calibrated camera.
+fn calibrated() -> Filter {
+    let mut filter = started();
+    let mut calibration = Calibration::default();
+    (calibration.k1.sigma, calibration.readout_s.sigma, calibration.focal.sigma) = (1e-3, 1e-4, 1e-3);
+    filter.calibrate(&calibration);
+    filter
+}
+
+/// Fits a frame without samples of the IMU to patches alone, and returns error and standard error along `X_e`, m.
+fn fit_alone(filter: &mut Filter, moved: Vector3<f64>, mut seen: Vec<Sighting>) -> (f64, f64) {
+    let fitted = filter
+        .update_sightings(0, [&camera(), &camera()], &mut seen, 30, sightings::MAX_TOUCHED_CELLS, &mut unlimited())
+        .unwrap();
+    assert!(fitted.is_applied, "{fitted:?}");
+    let (found, covariance) = filter.displacement(0).unwrap();
+    (found.x - moved.x, covariance[(0, 0)].sqrt())
+}
+
+/// Frames that are fitted to patches alone leave keyframe and camera as they were, so that a hundred of them are worth
+/// no more than one.
+#[test]
+fn patches_alone_are_fitted_without_memory() {
+    let mut rng = ChaCha8Rng::seed_from_u64(11);
+    let mut filter = calibrated();
+    let moved = Vector3::new(1.5, -0.7, 0.3);
+    let kept = |filter: &Filter| {
+        let states = (GYRO_BIAS..WANDER).chain(CAMERA..filter.active());
+        states.map(|i| filter.at(i, i)).collect::<Vec<_>>()
+    };
+    let mut first = None;
+    for _ in 0..100 {
+        filter.predict_free(0.066);
+        filter.update_attitude(&Attitude::default(), &SENSORS);
+        let (before, pose) = (kept(&filter), *filter.keyframe(0).unwrap());
+        let seen = patches(&filter, moved, &mut rng, |_, _| 0.0);
+        let (error, sigma) = fit_alone(&mut filter, moved, seen);
+        assert!(error.abs() < 0.02 && error.abs() < 4.0 * sigma, "{error} {sigma}");
+        assert_eq!((kept(&filter), *filter.keyframe(0).unwrap()), (before, pose));
+        assert!(sigma > 0.7 * *first.get_or_insert(sigma), "{sigma} {first:?}");
+    }
+}
+
+/// The residuals decide how rough the ground is, and a row of roofs is left out.
+#[test]
+fn patches_alone_tell_even_ground_from_rough() {
+    let mut rng = ChaCha8Rng::seed_from_u64(12);
+    let moved = Vector3::new(2.0, 1.0, 0.2);
+    let mut relief_of = |height: &dyn Fn(usize, &mut ChaCha8Rng) -> f64| {
+        let mut filter = calibrated();
+        filter.predict_free(0.066);
+        let seen = patches(&filter, moved, &mut rng, height);
+        let (error, sigma) = fit_alone(&mut filter, moved, seen);
+        let relief = (filter.height_variance() + filter.roughness).sqrt();
+        (relief, error.abs() / sigma, error.abs(), filter.excess)
+    };
+    let (relief, ratio, _, excess) = relief_of(&|_, _| 0.0);
+    assert!((relief - 50.0 * EVEN_HEIGHT_SIGMA).abs() < 1e-9 && ratio < 4.0 && excess < 2.0, "{relief} {ratio}");
+    let (relief, ratio, error, _) = relief_of(&|_, rng| 1.2 * normal(rng));
+    assert!((0.8..1.8).contains(&relief) && ratio < 4.0 && error < 0.2, "{relief} {ratio} {error}");
+    let (relief, _, error, excess) = relief_of(&|landmark, _| if landmark % 4 == 0 { -9.0 } else { 0.0 });
+    assert!(relief < 0.1 && error < 0.02 && excess > 5.0, "{relief} {error} {excess}");
+}
+
+/// A calibration is the prior of the errors of the camera.
+#[test]
+fn a_calibration_sets_the_errors_of_the_camera() {
+    let mut filter = started();
+    let mut calibration = Calibration::default();
+    (calibration.k1.value, calibration.k1.sigma) = (-0.03, 0.001);
+    assert!(!filter.is_calibrated());
+    filter.calibrate(&calibration);
+    assert!(!filter.is_calibrated(), "the read-out time is not known");
+    calibration.readout_s.sigma = 1e-4;
+    filter.calibrate(&calibration);
+    assert!(filter.is_calibrated());
+    assert_eq!((filter.errors.distortion, filter.at(CAMERA, CAMERA)), (-0.03, 0.001 * 0.001));
+    assert!((0..STATES).all(|i| i == CAMERA || filter.at(i, CAMERA) == 0.0 && filter.at(CAMERA, i) == 0.0));
+    filter.errors.distortion = f64::NAN;
+    filter.restart(50.0, &Attitude::default(), &SENSORS, 46.0, true);
+    assert_eq!((filter.errors.distortion, filter.at(CAMERA, CAMERA)), (-0.03, 0.001 * 0.001));
 }

@@ -7,6 +7,7 @@ mod flight_program;
 mod float;
 mod line;
 
+use hoverlock_arm::calibration::Calibration;
 use hoverlock_arm::hardware::Fpga;
 use hoverlock_arm::message::{
     self, Command, InertialSample, MAX_INERTIAL_SAMPLES, Telemetry, encode_inertial, encode_registers,
@@ -92,7 +93,8 @@ fn expected_fpga(features: FeatureSource, design: &DesignPoint) -> Result<Fpga, 
 }
 
 impl Chain {
-    /// Starts extractor and flight program. The flight program captures the first frame as its reference.
+    /// Starts extractor and flight program. The flight program captures the first frame as its reference. Without a
+    /// calibration its camera is one that nobody has calibrated.
     ///
     /// # Errors
     /// A tool or a program is missing, the design cannot be built, or the frame does not fit it.
@@ -101,6 +103,7 @@ impl Chain {
         design: &DesignPoint,
         program: FlightProgram,
         first: &Plane<u16>,
+        calibration: Option<&Calibration>,
         monitor: &dyn Monitor,
     ) -> Result<Self, ChainError> {
         let fpga = expected_fpga(features, design)?;
@@ -110,6 +113,9 @@ impl Chain {
         match extractor.registers() {
             Some(block) => stream.send(message::REGISTERS, &encode_registers(block))?,
             None => stream.send_registers(first.width(), first.height())?,
+        }
+        if let Some(calibration) = calibration {
+            stream.send(message::CALIBRATION, &calibration.encode())?;
         }
         stream.send(message::COMMAND, &Command::Capture.encode())?;
         let mut chain = Self { extractor, stream, host: Host::new(fpga), arm, frames: 0, first_difference: None };

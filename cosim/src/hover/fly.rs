@@ -96,6 +96,7 @@ pub(super) fn fly(
                 &settings.design,
                 settings.flight_program,
                 &exposure.frame,
+                settings.scenario.calibration.as_ref(),
                 monitor,
             )?),
         };

@@ -173,7 +173,7 @@ pub fn hover(settings: &HoverSettings, monitor: &dyn Monitor) -> Result<HoverOut
     // the scene is made, which takes seconds.
     let (columns, rows) = FRAME_SIZE;
     let (design, dark) = (&settings.design, Plane::filled(columns, rows, 0));
-    drop(Chain::start(settings.features, design, settings.flight_program, &dark, monitor)?);
+    drop(Chain::start(settings.features, design, settings.flight_program, &dark, None, monitor)?);
     let step = monitor.long_step("making the scene");
     let renderer = Renderer::new(&scene, settings.seed)
         .map_err(|source| HoverError::Render { name: settings.scene.clone(), source })?;

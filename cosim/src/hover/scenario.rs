@@ -12,11 +12,13 @@
 //!
 //! Keys beside `scene` and `event` replace the settings of the same name: `seconds`, `seed`, `height_m`, `gusts_m_s`,
 //! `altitude`, `view`. A scene that is not built in is searched beside the scenario; a table `[scene]` is a scene
-//! itself. `[camera]` has errors of the camera that the flight program does not know.
+//! itself. `[camera]` has errors of the camera, and `[calibration]` what the flight program knows of them
+//! ([`crate::sequence::calibration`]).
 
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
+use hoverlock_arm::calibration::Calibration;
 use hoverlock_arm::message::Command;
 use hoverlock_edss::camera::{FRAME_RATE, Optics};
 use hoverlock_edss::flight::Altitude;
@@ -28,6 +30,7 @@ use serde::Deserialize;
 
 use super::{CameraView, HoverSettings};
 use crate::chain::Delivery;
+use crate::sequence::calibration::fault;
 
 /// Largest number of bytes of a scenario file.
 const MAX_BYTES: u64 = 1 << 20;
@@ -56,7 +59,7 @@ pub enum ScenarioError {
     },
 }
 
-/// Errors of the camera that the flight program does not know.
+/// Errors of the camera. The flight program knows of them what a calibration says.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CameraErrors {
@@ -288,8 +291,10 @@ impl Event {
 pub struct Scenario {
     /// The events, in any order.
     pub events: Vec<Event>,
-    /// Errors of the camera that the flight program does not know.
+    /// Errors of the camera.
     pub camera: CameraErrors,
+    /// What the flight program knows of them.
+    pub calibration: Option<Calibration>,
     /// The text of a scene that the scenario contains; it replaces that of [`HoverSettings::scene`].
     pub scene: Option<String>,
 }
@@ -317,6 +322,7 @@ struct File {
     view: Option<CameraView>,
     #[serde(default)]
     camera: CameraErrors,
+    calibration: Option<Calibration>,
     #[serde(default)]
     event: Vec<Event>,
 }
@@ -436,11 +442,7 @@ impl HoverSettings {
     /// The text has an unknown key, or a value out of range.
     pub fn apply_scenario(&mut self, text: &str, path: &Path) -> Result<(), ScenarioError> {
         let invalid = |why: String| ScenarioError::Invalid { path: path.into(), why };
-        let file: File = toml::from_str(text).map_err(|error| {
-            let start = error.span().map_or(0, |span| span.start);
-            let line = text.as_bytes()[..start.min(text.len())].iter().filter(|&&byte| byte == b'\n').count() + 1;
-            invalid(format!("line {line}: {}", error.message().split_whitespace().collect::<Vec<_>>().join(" ")))
-        })?;
+        let file: File = toml::from_str(text).map_err(|error| invalid(fault(text, &error)))?;
         if let Some((index, key)) = file.event.iter().enumerate().find_map(|(i, event)| Some((i, event.invalid()?))) {
             return Err(invalid(format!("event {}: {key} is out of range", index + 1)));
         }
@@ -456,6 +458,8 @@ impl HoverSettings {
         if let Some((name, value, min, max)) = limits.find(|(_, v, min, max)| !(min..=max).contains(&v)) {
             return Err(invalid(format!("camera.{name} is {value}, and must be {min} to {max}")));
         }
+        let calibration = file.calibration.map(Calibration::checked).transpose();
+        let calibration = calibration.map_err(|error| invalid(format!("calibration.{error}")))?;
         let (scene, inline) = match file.scene {
             SceneKey::Inline(scene) => {
                 let text = toml::to_string(&scene).map_err(|error| invalid(format!("scene: {error}")))?;
@@ -474,7 +478,7 @@ impl HoverSettings {
         self.gusts_m_s = file.gusts_m_s.unwrap_or(self.gusts_m_s);
         self.view = file.view.unwrap_or(self.view);
         self.altitude = file.altitude.unwrap_or(self.altitude);
-        self.scenario = Scenario { events: file.event, camera: file.camera, scene: inline };
+        self.scenario = Scenario { events: file.event, camera: file.camera, calibration, scene: inline };
         Ok(())
     }
 }

@@ -1,5 +1,6 @@
 //! A folder of frames with the data that belong to it: telemetry, and homographies fitted to the pictures.
 
+pub mod calibration;
 pub mod inertial;
 mod pseudo_truth;
 pub mod telemetry;
@@ -7,6 +8,7 @@ mod writer;
 
 use std::path::{Path, PathBuf};
 
+use hoverlock_arm::calibration::Calibration;
 use hoverlock_arm::message::{InertialSample, Telemetry};
 use hoverlock_design::KT27;
 use hoverlock_pictures::folder::{self, FolderError};
@@ -15,6 +17,7 @@ use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::Attitude;
 
+pub use calibration::CalibrationError;
 pub use inertial::InertialError;
 pub use pseudo_truth::{PseudoTruth, PseudoTruthError};
 pub use telemetry::TelemetryError;
@@ -29,6 +32,8 @@ pub const TELEMETRY: &str = "telemetry.csv";
 pub const FIRST_FRAME: &str = "00000.png";
 /// File name of the samples of the inertial sensor in the folder.
 pub const INERTIAL: &str = "inertial.csv";
+/// File name of the camera's calibration in the folder.
+pub const CALIBRATION: &str = "calibration.toml";
 /// File name of the homographies in the folder.
 pub const HOMOGRAPHIES: &str = "pseudo_gt.csv";
 
@@ -65,6 +70,8 @@ pub struct Sequence {
     pub telemetry: Vec<Telemetry>,
     /// Samples of the inertial sensor, the oldest first; none if the folder has no table of them.
     pub inertial: Vec<InertialSample>,
+    /// Calibration of the camera, if the folder has one.
+    pub calibration: Option<Calibration>,
     /// The folder has no telemetry.
     pub is_telemetry_assumed: bool,
     /// Position of each frame by the homographies of the folder; that of the first frame is 0.
@@ -106,13 +113,16 @@ pub enum SequenceError {
     /// The samples of the inertial sensor were refused.
     #[error(transparent)]
     Inertial(#[from] InertialError),
+    /// The calibration was refused.
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
     /// The homographies were refused.
     #[error(transparent)]
     PseudoTruth(#[from] PseudoTruthError),
 }
 
-/// Reads a folder of pictures in the order of their names, with the optional files [`TELEMETRY`], [`INERTIAL`]
-/// and [`HOMOGRAPHIES`].
+/// Reads a folder of pictures in the order of their names, with the optional files [`TELEMETRY`], [`INERTIAL`],
+/// [`CALIBRATION`] and [`HOMOGRAPHIES`].
 /// Pictures larger than a frame of `kt27` are cropped to their centre, and the field of view is reduced accordingly.
 /// The monitor receives a remark for each picture that is turned or cropped. A picture of one value is a frame.
 ///
@@ -155,13 +165,15 @@ pub fn read(folder: &Path, limits: &Limits, monitor: &dyn Monitor) -> Result<Seq
     }
     let table = folder.join(INERTIAL);
     let inertial = if table.exists() { inertial::read(&table)? } else { Vec::new() };
+    let file = folder.join(CALIBRATION);
+    let calibration = file.exists().then(|| calibration::read(&file)).transpose()?;
     let table = folder.join(HOMOGRAPHIES);
     let pseudo_truths = if table.exists() {
         pseudo_truth::read(&table, &frames, corner, &telemetry)?
     } else {
         vec![None; frames.len()]
     };
-    Ok(Sequence { frames, names, telemetry, inertial, is_telemetry_assumed, pseudo_truths })
+    Ok(Sequence { frames, names, telemetry, inertial, calibration, is_telemetry_assumed, pseudo_truths })
 }
 
 /// Returns the assumed telemetry of a number of frames.

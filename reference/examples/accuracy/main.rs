@@ -15,8 +15,8 @@
 //! does so with OpenCV, and calls both parts. Each result is scored as it is and refined on the frames, all by the same
 //! refinement.
 //!
-//! The flight program gives no matches. `NAME.flight_program.txt` has the milliseconds of its run, then `none`, or
-//! displacement (m) and covariance (m^2, row by row).
+//! The flight program gives no matches. `NAME.flight_program.txt`, and `NAME.uncalibrated.txt` without a calibration of
+//! the camera, have the milliseconds of its run, then `none`, or displacement (m) and covariance (m^2, row by row).
 
 mod conditions;
 mod scene;
@@ -327,9 +327,11 @@ fn lines(run: &Run, folder: &Path) -> Outcome<String> {
         }
     }
     let mut scores = Vec::new();
-    let flown = folder.join(format!("{}.flight_program.txt", run.name));
-    if flown.exists() {
-        scores.push(("flight_program", true, judge_flight(&flown, &flight)?));
+    for method in ["flight_program", "uncalibrated"] {
+        let flown = folder.join(format!("{}.{method}.txt", run.name));
+        if flown.exists() {
+            scores.push((method, true, judge_flight(&flown, &flight)?));
+        }
     }
     for (method, found) in results {
         scores.push((method, false, judge(&found, &flight)));

@@ -25,7 +25,7 @@ pub mod pose;
 pub mod ransac;
 pub mod refine;
 pub mod refusal;
-mod relief;
+pub mod relief;
 mod repeating_ground;
 mod robust;
 pub mod sensor_pattern;

@@ -50,23 +50,29 @@ pub enum ViewError {
 pub struct Camera {
     focal: f64,
     principal: Vector2<f64>,
+    last_pixel: Vector2<f64>,
 }
 
 impl Default for Camera {
     /// Returns a camera with a focal length of one pixel and its axis through pixel (0, 0): `K` is the identity.
     fn default() -> Self {
-        Self { focal: 1.0, principal: Vector2::zeros() }
+        Self { focal: 1.0, principal: Vector2::zeros(), last_pixel: Vector2::zeros() }
     }
 }
 
 impl Camera {
-    /// Returns a camera with the focal length `focal` (px) and the pixel `principal` on the optical axis.
+    /// Returns a camera with the focal length `focal` (px) and the pixel `principal` on the optical axis, which is the
+    /// centre of the frame.
     ///
     /// # Errors
     /// The focal length is not positive and finite.
     pub fn new(focal: f64, principal: Vector2<f64>) -> Result<Self, ViewError> {
         let valid = focal > 0.0 && focal.is_finite();
-        if valid { Ok(Self { focal, principal }) } else { Err(ViewError::FocalLength(focal)) }
+        if valid {
+            Ok(Self { focal, principal, last_pixel: principal * 2.0 })
+        } else {
+            Err(ViewError::FocalLength(focal))
+        }
     }
 
     /// Returns a camera whose `width` columns span the angle `field_of_view` (radians), with the axis through the
@@ -89,9 +95,14 @@ impl Camera {
         self.principal
     }
 
-    /// Returns last column and last row of a picture that has the optical axis at its centre, px.
+    /// Returns the camera with its optical axis moved by `offset` (px) in the frame.
+    pub fn with_offset(self, offset: Vector2<f64>) -> Self {
+        Self { principal: self.principal + offset, ..self }
+    }
+
+    /// Returns last column and last row of a frame, px.
     pub fn last_pixel(&self) -> Vector2<f64> {
-        self.principal * 2.0
+        self.last_pixel
     }
 
     /// Returns `K`, from direction in the camera frame to pixel.

@@ -79,6 +79,34 @@ impl Residual {
     }
 }
 
+/// Returns the square of a residual of variance `v`, clipped at three standard deviations.
+pub fn clipped(e2: f64, v: f64) -> f64 {
+    e2.min(CLIP_SIGMAS * CLIP_SIGMAS * v)
+}
+
+/// The sums from which `rho^2` is estimated, `sum (e^2 - s^2) w / sum |g|^2 w` with `w = |g|^2 / v^2`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ReliefSums {
+    above: f64,
+    below: f64,
+}
+
+impl ReliefSums {
+    /// Adds a residual: `|g|^2`, its square along `g`, the variance `s^2` that it has without relief (px^2), and the
+    /// `rho^2` so far (m^2), which weights it.
+    pub fn push(&mut self, g2: f64, along2: f64, s2: f64, rho2: f64) {
+        let v = s2 + rho2 * g2;
+        let share = g2 / (v * v);
+        self.above += (along2 - s2) * share;
+        self.below += g2 * share;
+    }
+
+    /// Returns `rho^2`, m^2; 0 without parallax.
+    pub fn variance(&self) -> f64 {
+        if self.below > 0.0 { (self.above / self.below).max(0.0) } else { 0.0 }
+    }
+}
+
 /// The noise of the residuals: `s` and `rho`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
@@ -108,15 +136,13 @@ impl Noise {
         let s2 = s * s;
         let mut rho2 = 0.0;
         for _ in 0..ROUNDS {
-            let (mut above, mut below) = (0.0, 0.0);
+            let mut sums = ReliefSums::default();
             for &Residual { g2, along2, .. } in pairs {
-                let v = s2 + rho2 * g2;
-                let e2 = if rho2 > 0.0 { along2.min(CLIP_SIGMAS * CLIP_SIGMAS * v) } else { along2 };
-                let share = g2 / (v * v);
-                above += (e2 - s2) * share;
-                below += g2 * share;
+                // The first round has no scale to clip at.
+                let e2 = if rho2 > 0.0 { clipped(along2, s2 + rho2 * g2) } else { along2 };
+                sums.push(g2, e2, s2, rho2);
             }
-            rho2 = if below > 0.0 { (above / below).max(0.0) } else { 0.0 };
+            rho2 = sums.variance();
         }
         Self { position: s, relief: rho2.sqrt() }
     }
@@ -126,7 +152,7 @@ impl Noise {
         let s2 = self.position * self.position;
         let gain = |pair: &Residual| {
             let v = s2 + self.relief * self.relief * pair.g2;
-            let e2 = pair.along2.min(CLIP_SIGMAS * CLIP_SIGMAS * v);
+            let e2 = clipped(pair.along2, v);
             e2 / s2 - e2 / v - libm::log(v / s2)
         };
         pairs.iter().map(gain).sum()
