@@ -172,8 +172,8 @@ impl Calibration {
         };
         let SensorErrors { tilt, heading, range } = readings.sensors;
         let boresight = self.boresight_deg.sigma.to_radians();
-        let tilt = tilt.hypot(boresight).hypot(self.principal_px.sigma / focal);
-        let sensors = SensorErrors { tilt, heading: heading.hypot(boresight), range };
+        let tilt = libm::hypot(libm::hypot(tilt, boresight), self.principal_px.sigma / focal);
+        let sensors = SensorErrors { tilt, heading: libm::hypot(heading, boresight), range };
         Telemetry { attitude, sensors, ..*readings }
     }
 

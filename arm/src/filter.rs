@@ -41,8 +41,8 @@
 //! **Patches alone.** Without samples of the IMU, and with a calibrated camera, a frame is fitted to patches that were
 //! refined on the frames, a few hundredths of a pixel each. Such a fit has no memory: keyframe, ground and camera err
 //! alike in all frames, so only the present pose is corrected, and all of the information counts. The ground is even at
-//! first. If fewer than six in ten patches agree, their residuals decide how rough it is: half of the
-//! variance of the relief is common to a cell, half is a landmark's own ([`hoverlock_reference::motion::relief`]).
+//! first. If fewer than six in ten patches agree, their residuals decide how rough it is: half of the variance of the
+//! relief is common to a cell, half is a landmark's own ([`hoverlock_reference::motion::relief`]).
 //!
 //! **Heights are eliminated** before a system is solved, as each has its own prior and none is seen with another: with
 //! `L = [A B; B^T D]`, `P_yy = [P C; C^T s^2]`, `n = (n_1, n_2)` and the diagonal `E = I + s^2 D`

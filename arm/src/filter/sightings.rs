@@ -253,7 +253,8 @@ impl Filter {
         budget: &mut Budget,
     ) -> Option<Fitted> {
         self.scratch.max_cells = max_cells;
-        self.by_patches = self.is_free && sightings.iter().all(|sighting| sighting.is_refined);
+        let are_patches = sightings.iter().all(|sighting| sighting.is_refined);
+        self.by_patches = self.is_free && self.is_calibrated() && are_patches;
         (self.roughness, self.excess) = (0.0, 1.0);
         let (change, inliers) = if self.by_patches {
             self.fit_patches(k, cameras, sightings, budget)?

@@ -15,7 +15,7 @@
 //!
 //! `s` and `rho` are estimated from the residuals: across `g` the variance is `s^2`; along it the mean of `e^2` is
 //! `s^2 + rho^2 |g|^2`. The ground is taken to have relief if the evidence (twice the gain in log likelihood by `rho`)
-//! exceeds [`MIN_EVIDENCE`]. Between two frames from the same position `g` is 0: relief is invisible and irrelevant.
+//! exceeds `MIN_EVIDENCE`. Between two frames from the same position `g` is 0: relief is invisible and irrelevant.
 //! Pairs are weighted as in Huber's fit, by the length of their error in the metric of `W`.
 
 use crate::motion::budget::Budget;
