@@ -48,9 +48,14 @@ proptest! {
         frames in proptest::collection::vec(taken(), 1..6),
         work in prop_oneof![Just(WORK_UNITS), 0..WORK_UNITS],
         is_refined: bool,
+        is_calibrated: bool,
     ) {
         let texture = is_refined.then(adversarial::texture);
-        let found = lines(&adversarial::stream(first, &frames, texture.as_ref()), work);
+        let source = match &texture {
+            Some(texture) if is_calibrated => adversarial::calibrated(first, &frames, texture),
+            texture => adversarial::stream(first, &frames, texture.as_ref()),
+        };
+        let found = lines(&source, work);
         prop_assert_eq!(found.len(), frames.len() + 1);
         for line in found {
             prop_assert!(line.work <= work, "{:?}", line);
@@ -97,6 +102,8 @@ fn a_unit_is_no_more_instructions_than_it_says() {
     let seed: u64 = rand::random();
     let mut streams = adversarial::worst();
     streams.push(("drawn", adversarial::drawn(seed)));
+    let searched = adversarial::repeated(Shape::Ground, Samples::None, 8);
+    streams.push(("calibrated", adversarial::calibrated(Shape::Ground, &searched, &adversarial::texture())));
     for (name, source) in streams {
         let counts = counted(&tools, name, &source);
         let lines = lines(&source, WORK_UNITS);

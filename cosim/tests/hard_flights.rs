@@ -6,13 +6,18 @@ use std::path::Path;
 
 use hoverlock_cosim::{HoverOutcome, HoverSettings, hover};
 
-/// Flies the beginning of a scenario of the repository.
-fn flown(scenario: &str, seconds: f64) -> HoverOutcome {
+/// Returns the beginning of a scenario of the repository.
+fn beginning(scenario: &str, seconds: f64) -> HoverSettings {
     let mut settings = HoverSettings::default();
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(scenario);
     settings.read_scenario(&path).unwrap();
     settings.seconds = seconds;
-    hover(&settings, &()).unwrap()
+    settings
+}
+
+/// Flies the beginning of a scenario of the repository.
+fn flown(scenario: &str, seconds: f64) -> HoverOutcome {
+    hover(&beginning(scenario, seconds), &()).unwrap()
 }
 
 /// Asserts that no estimate is misleading and that nearly all frames have one. Returns the largest error, m, and the
@@ -67,6 +72,19 @@ fn hills_that_look_like_a_slope_do_not_mislead() {
     // 0.87 m without the partial update of the slope (decision 056).
     assert!(error < 0.45, "{error} m");
     assert!(uncovered > 0, "{error} m: the flight no longer needs the raise; fly a harder one");
+}
+
+/// The camera has every error that a calibration names.
+#[test]
+#[ignore = "two flights of 5 s"]
+fn a_calibration_makes_the_estimate_better() {
+    let mut settings = beginning("calibrated.toml", 5.0);
+    let calibrated = hover(&settings, &()).unwrap();
+    settings.scenario.calibration = None;
+    let without = hover(&settings, &()).unwrap();
+    let [known, unknown] = [&calibrated, &without].map(|outcome| outcome.summary.error_rms_m.unwrap());
+    judged(&calibrated, 0.97);
+    assert!(known < 0.6 * unknown && known < 0.01, "{known} m with the calibration, {unknown} m without");
 }
 
 /// A pattern of waves has landmarks for a second, and moves as if the helicopter did.

@@ -2,6 +2,7 @@
 
 use super::Source;
 use super::scene::{self, SIZE, telemetry};
+use hoverlock_arm::calibration::Calibration;
 use hoverlock_arm::message::{self, Command, InertialSample, Telemetry};
 use hoverlock_fixed_point::model::record::FeatureRecord;
 use hoverlock_reference::features::feature::Descriptor;
@@ -115,6 +116,21 @@ pub struct Taken {
 pub fn stream(first: Shape, frames: &[Taken], picture: Option<&Plane<u16>>) -> Source {
     let mut source = Source::default();
     source.send_registers(SIZE.0, SIZE.1).unwrap();
+    fly(source, first, frames, picture)
+}
+
+/// Creates a stream as [`stream`] does, of a camera that is calibrated.
+pub fn calibrated(first: Shape, frames: &[Taken], picture: &Plane<u16>) -> Source {
+    let mut calibration = Calibration::default();
+    (calibration.k1.sigma, calibration.readout_s.sigma) = (1e-3, 1e-4);
+    (calibration.principal_px.value, calibration.boresight_deg.value) = ([2.5, -1.5], [0.3, -0.2, 0.1]);
+    let mut source = Source::default();
+    source.send_registers(SIZE.0, SIZE.1).unwrap();
+    source.send(message::CALIBRATION, &calibration.encode()).unwrap();
+    fly(source, first, frames, Some(picture))
+}
+
+fn fly(mut source: Source, first: Shape, frames: &[Taken], picture: Option<&Plane<u16>>) -> Source {
     source.send(message::COMMAND, &Command::Capture.encode()).unwrap();
     picture.map(|picture| source.send_pixels(0, picture)).transpose().unwrap();
     source.send_frame(&Telemetry { time_us: 0, ..telemetry(0) }, &first.records(0), &[2000; 2]).unwrap();

@@ -554,6 +554,12 @@ mod tests {
         refused("scene = 'field'\n[[event]]\nt = -1.0\nevent = 'renew'\n", "event 1: t is out of range");
         refused("scene = 'field'\n[camera]\nk1 = 3.0\n", "camera.k1 is 3, and must be -1 to 1");
         refused("scene = 'field'\n[camera]\nboresight_deg = [0.0, 9.0, 0.0]\n", "camera.boresight_deg is 9");
+        let known = |k1| format!("scene = 'field'\n[calibration]\nk1 = {{ value = 0.01, {k1} }}\n");
+        assert!(read(&known("sigma = 0.001")).is_ok_and(|settings| {
+            settings.scenario.calibration.is_some_and(|calibration| calibration.k1.value == 0.01)
+        }));
+        refused(&known("sigma = -1.0"), "calibration.k1.sigma is -1, and must be 0 to 1");
+        refused(&known("sigmas = 0.1"), "unknown field `sigmas`");
         let drop =
             "scene = 'field'\n[[event]]\nt = 1.0\nevent = 'drop'\nseconds = 1.0\nat = [0.5, 0.5]\nradius = 2.0\n";
         refused(drop, "event 1: radius is out of range");
