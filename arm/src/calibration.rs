@@ -41,7 +41,7 @@ const PAYLOAD_BYTES: usize = 8 * (VALUES + ERRORS);
 
 /// What was measured of an error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "{ value = .., sigma = .. }")]
 pub struct Measured<T> {
     /// Its value or values.
     pub value: T,
