@@ -32,6 +32,7 @@ mod monitor;
 mod pages;
 mod replay;
 pub mod sequence;
+pub mod toml_file;
 pub mod upsets;
 
 pub use campaign::{Campaign, CampaignOutcome, CampaignSettings, FlownPoint, Point, fly_point};

@@ -20,7 +20,7 @@ use hoverlock_reference::motion::orthophoto::ViewError;
 
 pub use checks::{MAX_LOSS_S, MAX_TILT_DEG};
 pub use outcome::HoverOutcome;
-pub use scenario::{CameraErrors, Event, Scenario, ScenarioError};
+pub use scenario::{CameraErrors, Event, Scenario};
 pub use summary::{Row, Summary};
 pub use table::{TABLE, table};
 

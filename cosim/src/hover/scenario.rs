@@ -16,7 +16,7 @@
 //! ([`crate::sequence::calibration`]).
 
 use std::f64::consts::TAU;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use hoverlock_arm::calibration::Calibration;
 use hoverlock_arm::message::Command;
@@ -30,34 +30,7 @@ use serde::Deserialize;
 
 use super::{CameraView, HoverSettings};
 use crate::chain::Delivery;
-use crate::sequence::calibration::fault;
-
-/// Largest number of bytes of a scenario file.
-const MAX_BYTES: u64 = 1 << 20;
-
-/// Why a scenario could not be used.
-#[derive(Debug, thiserror::Error)]
-pub enum ScenarioError {
-    /// The file could not be read.
-    #[error("scenario {path}: cannot be read: {source}")]
-    Read {
-        /// The scenario file.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: std::io::Error,
-    },
-    /// The path is a folder, a device, a FIFO, or a file of more than a mebibyte.
-    #[error("scenario {path}: not a regular file of at most 1 MiB", path = .0.display())]
-    NotAFile(PathBuf),
-    /// The file is not a valid scenario.
-    #[error("scenario {path}: {why}")]
-    Invalid {
-        /// The scenario file.
-        path: PathBuf,
-        /// What is wrong, on one line.
-        why: String,
-    },
-}
+use crate::toml_file::{SCENARIO, TomlFileError};
 
 /// Errors of the camera. The flight program knows of them what a calibration says.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
@@ -425,14 +398,8 @@ impl HoverSettings {
     ///
     /// # Errors
     /// The file cannot be read, has an unknown key, or a value out of range.
-    pub fn read_scenario(&mut self, path: &Path) -> Result<(), ScenarioError> {
-        let read = |source| ScenarioError::Read { path: path.into(), source };
-        let about = std::fs::metadata(path).map_err(read)?;
-        if !about.is_file() || about.len() > MAX_BYTES {
-            return Err(ScenarioError::NotAFile(path.into()));
-        }
-        let text = std::fs::read_to_string(path).map_err(read)?;
-        self.apply_scenario(&text, path)
+    pub fn read_scenario(&mut self, path: &Path) -> Result<(), TomlFileError> {
+        self.apply_scenario(&SCENARIO.read(path)?, path)
     }
 
     /// Applies the text of a scenario, as [`HoverSettings::read_scenario`] does. Scene files are searched beside
@@ -440,9 +407,9 @@ impl HoverSettings {
     ///
     /// # Errors
     /// The text has an unknown key, or a value out of range.
-    pub fn apply_scenario(&mut self, text: &str, path: &Path) -> Result<(), ScenarioError> {
-        let invalid = |why: String| ScenarioError::Invalid { path: path.into(), why };
-        let file: File = toml::from_str(text).map_err(|error| invalid(fault(text, &error)))?;
+    pub fn apply_scenario(&mut self, text: &str, path: &Path) -> Result<(), TomlFileError> {
+        let invalid = |why: String| SCENARIO.invalid(path, why);
+        let file: File = SCENARIO.parse(text, path)?;
         if let Some((index, key)) = file.event.iter().enumerate().find_map(|(i, event)| Some((i, event.invalid()?))) {
             return Err(invalid(format!("event {}: {key} is out of range", index + 1)));
         }

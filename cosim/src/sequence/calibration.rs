@@ -9,51 +9,19 @@
 //! The keys are those of [`hoverlock_arm::calibration`]. An error that has none is that of a camera which nobody has
 //! calibrated.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use hoverlock_arm::calibration::Calibration;
 
-/// Largest number of bytes of a calibration.
-const MAX_BYTES: u64 = 1 << 16;
-
-/// Why a calibration was refused.
-#[derive(Debug, thiserror::Error)]
-pub enum CalibrationError {
-    /// The file could not be read.
-    #[error("calibration {path}: cannot be read: {source}")]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: std::io::Error,
-    },
-    /// The path is a folder, a device, a FIFO, or a file of more than 64 KiB.
-    #[error("calibration {path}: not a regular file of at most 64 KiB", path = .0.display())]
-    NotAFile(PathBuf),
-    /// The file is not a valid calibration.
-    #[error("calibration {path}: {why}")]
-    Invalid {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong, on one line.
-        why: String,
-    },
-}
+use crate::toml_file::{CALIBRATION, TomlFileError};
 
 /// Reads a calibration.
 ///
 /// # Errors
 /// The file cannot be read, has an unknown key, or a number outside its limits.
-pub fn read(path: &Path) -> Result<Calibration, CalibrationError> {
-    let read = |source| CalibrationError::Read { path: path.into(), source };
-    let about = std::fs::metadata(path).map_err(read)?;
-    if !about.is_file() || about.len() > MAX_BYTES {
-        return Err(CalibrationError::NotAFile(path.into()));
-    }
-    let text = std::fs::read_to_string(path).map_err(read)?;
-    let invalid = |why: String| CalibrationError::Invalid { path: path.into(), why };
-    let calibration: Calibration = toml::from_str(&text).map_err(|error| invalid(fault(&text, &error)))?;
-    calibration.checked().map_err(|error| invalid(error.to_string()))
+pub fn read(path: &Path) -> Result<Calibration, TomlFileError> {
+    let calibration: Calibration = CALIBRATION.parse(&CALIBRATION.read(path)?, path)?;
+    calibration.checked().map_err(|error| CALIBRATION.invalid(path, error.to_string()))
 }
 
 /// Returns the content of the file of a calibration.
@@ -62,13 +30,6 @@ pub fn read(path: &Path) -> Result<Calibration, CalibrationError> {
 /// The writer of TOML fails.
 pub fn text(calibration: &Calibration) -> Result<String, toml::ser::Error> {
     toml::to_string(calibration)
-}
-
-/// Returns what is wrong with a text in TOML, with its line.
-pub(crate) fn fault(text: &str, error: &toml::de::Error) -> String {
-    let start = error.span().map_or(0, |span| span.start);
-    let line = text.as_bytes()[..start.min(text.len())].iter().filter(|&&byte| byte == b'\n').count() + 1;
-    format!("line {line}: {}", error.message().split_whitespace().collect::<Vec<_>>().join(" "))
 }
 
 #[cfg(test)]
@@ -99,6 +60,6 @@ mod tests {
             let refused = read_text(text).unwrap_err();
             assert!(refused.contains(why), "{refused}");
         }
-        assert!(matches!(read(folder.path()), Err(CalibrationError::NotAFile(_))));
+        assert!(matches!(read(folder.path()), Err(TomlFileError::NotAFile { .. })));
     }
 }

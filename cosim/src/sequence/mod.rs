@@ -17,13 +17,13 @@ use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::Attitude;
 
-pub use calibration::CalibrationError;
 pub use inertial::InertialError;
 pub use pseudo_truth::{PseudoTruth, PseudoTruthError};
 pub use telemetry::TelemetryError;
 pub use writer::{SequenceWriter, png};
 
 use crate::Monitor;
+use crate::toml_file::TomlFileError;
 
 /// File name of the telemetry in the folder.
 pub const TELEMETRY: &str = "telemetry.csv";
@@ -115,7 +115,7 @@ pub enum SequenceError {
     Inertial(#[from] InertialError),
     /// The calibration was refused.
     #[error(transparent)]
-    Calibration(#[from] CalibrationError),
+    Calibration(#[from] TomlFileError),
     /// The homographies were refused.
     #[error(transparent)]
     PseudoTruth(#[from] PseudoTruthError),
