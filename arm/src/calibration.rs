@@ -18,10 +18,10 @@
 //! bore-sight are 0, and the standard errors of the telemetry include them.
 
 use crate::line::Estimate;
-use crate::message::{CALIBRATION, InertialSample, MessageError, Telemetry};
+use crate::message::{CALIBRATION, MessageError, Telemetry};
 use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::{Attitude, Camera};
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix3, Vector2};
 use serde::{Deserialize, Serialize};
 
 /// Errors of a camera.
@@ -157,7 +157,7 @@ impl Calibration {
     }
 
     /// Returns the rotation from the camera to the inertial sensor; `None` if they are aligned.
-    fn boresight(&self) -> Option<Matrix3<f64>> {
+    pub(crate) fn boresight(&self) -> Option<Matrix3<f64>> {
         let [roll, pitch, yaw] = self.boresight_deg.value.map(f64::to_radians);
         let boresight = Attitude { roll, pitch, yaw };
         // A rotation and back would change the last bits of an attitude.
@@ -177,13 +177,6 @@ impl Calibration {
         Telemetry { attitude, sensors, ..*readings }
     }
 
-    /// Returns a sample of the inertial sensor along the axes of the camera.
-    pub fn sample_of_camera(&self, sample: InertialSample) -> InertialSample {
-        let Some(boresight) = self.boresight() else { return sample };
-        let turned = |axes: [f64; 3]| boresight.tr_mul(&Vector3::from(axes)).into();
-        InertialSample { rates: turned(sample.rates), force: turned(sample.force), ..sample }
-    }
-
     /// Returns the estimate of the camera's pose with the attitude of the inertial sensor.
     pub fn of_sensor(&self, estimate: Estimate) -> Estimate {
         let Some(boresight) = self.boresight() else { return estimate };
@@ -195,6 +188,8 @@ impl Calibration {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::filter::Step;
+    use nalgebra::Vector3;
     use proptest::prelude::*;
 
     /// Returns a calibration whose numbers are within their limits.
@@ -251,11 +246,27 @@ mod tests {
             let boresight = Attitude { roll: a, pitch: b, yaw: c }.rotation();
             let expected = readings.attitude.rotation() * boresight;
             prop_assert!((of_camera.attitude.rotation() - expected).norm() < 1e-12);
-            let gravity = InertialSample { time_us: 0, rates: [0.0; 3], force: [0.0, 0.0, 9.8] };
-            let sample = calibration.sample_of_camera(gravity);
-            let level = of_camera.attitude.rotation() * Vector3::from(sample.force);
-            let of_readings = readings.attitude.rotation() * Vector3::from(gravity.force);
+            let gravity = Step { rates: Vector3::zeros(), force: Vector3::new(0.0, 0.0, 9.8), seconds: 0.005 };
+            let level = of_camera.attitude.rotation() * gravity.turned(&boresight).force;
+            let of_readings = readings.attitude.rotation() * gravity.force;
             prop_assert!((level - of_readings).norm() < 1e-12);
+            let estimate = Estimate {
+                x_e_m: 1.0,
+                y_e_m: 2.0,
+                z_e_m: 3.0,
+                yaw_rad: of_camera.attitude.yaw,
+                covariance_m2: [1.0, 0.0, 0.0, 1.0],
+                protection_level_m: 5.0,
+                quality: 9,
+                inliers: 8,
+                matches: 9,
+                keyframe: None,
+                attitude: of_camera.attitude,
+                sensors: readings.sensors,
+            };
+            let of_sensor = calibration.of_sensor(estimate);
+            prop_assert!((of_sensor.attitude.rotation() - readings.attitude.rotation()).norm() < 1e-12);
+            prop_assert!((of_sensor.yaw_rad - yaw).abs() < 1e-12);
         }
     }
 

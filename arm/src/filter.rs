@@ -209,6 +209,8 @@ pub struct Filter {
     slope: Vector2<f64>,
     keyframes: [Option<MovingCamera>; MAX_KEYFRAMES],
     calibration: Calibration,
+    /// Rotation from the camera to the inertial sensor; `None` if they are aligned.
+    boresight: Option<Matrix3<f64>>,
     /// The last prediction had a sample of the IMU.
     has_rates: bool,
     /// The keyframe of the last frame if there were no samples of the IMU before it: the next one has its rates.
@@ -222,8 +224,6 @@ pub struct Filter {
     height_sigma: f64,
     /// The last fit was one to patches alone, without samples of the IMU.
     by_patches: bool,
-    /// Variance of the height of a landmark over that of its cell, m^2; 0 unless the fit is one to patches alone.
-    roughness: f64,
     /// What the residuals of the last linearisation say of the relief.
     relief: ReliefSums,
     /// Mean chi squared of the patches over its expectation, at least 1.
@@ -259,6 +259,7 @@ impl Filter {
             has_rates: false,
             without_rates: None,
             calibration: Calibration::default(),
+            boresight: None,
             errors: CameraErrors::default(),
             slope: Vector2::zeros(),
             covariance: vec![0.0; STATES * STATES],
@@ -266,7 +267,6 @@ impl Filter {
             cell_m: 1.0,
             height_sigma: MAX_HEIGHT_SIGMA_M,
             by_patches: false,
-            roughness: 0.0,
             relief: ReliefSums::default(),
             excess: 1.0,
             max_height_sigma: MAX_HEIGHT_SIGMA_M,
@@ -285,10 +285,11 @@ impl Filter {
 
     /// Gives the errors of the camera the values and standard errors of a calibration.
     pub fn calibrate(&mut self, calibration: &Calibration) {
-        self.calibration = *calibration;
+        (self.calibration, self.boresight) = (*calibration, calibration.boresight());
         self.errors = CameraErrors::of(calibration);
         self.withheld = [0.0; FREE_SIGMAS.len()];
-        for (state, sigma) in (CAMERA..SLOPE).zip(camera_sigmas(calibration)) {
+        let Calibration { k1, readout_s, focal, .. } = calibration;
+        for (state, sigma) in (CAMERA..SLOPE).zip([k1.sigma, readout_s.sigma, focal.sigma]) {
             (0..STATES).for_each(|i| self.covariance[state * STATES + i] = 0.0);
             (0..STATES).for_each(|i| self.covariance[i * STATES + state] = 0.0);
             self.cross[state * CELLS..(state + 1) * CELLS].fill(0.0);
@@ -327,12 +328,11 @@ impl Filter {
         self.pose.rotation = attitude.rotation();
         self.velocity = Vector3::zeros();
         (self.gyro_bias, self.force_bias, self.wander) = (Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
-        let of_camera = if is_sound {
-            Matrix3::from_fn(|row, column| self.at(CAMERA + row, CAMERA + column))
-        } else {
-            (self.errors, self.withheld) = (CameraErrors::of(&self.calibration), [0.0; FREE_SIGMAS.len()]);
-            Matrix3::from_diagonal(&Vector3::from(camera_sigmas(&self.calibration).map(|sigma| sigma * sigma)))
-        };
+        if !is_sound {
+            let calibration = self.calibration;
+            self.calibrate(&calibration);
+        }
+        let of_camera = Matrix3::from_fn(|row, column| self.at(CAMERA + row, CAMERA + column));
         self.covariance.fill(0.0);
         let mut set = |row: usize, column: usize, value: f64| self.covariance[row * STATES + column] = value;
         set(2, 2, ground * ground);
@@ -363,6 +363,7 @@ impl Filter {
         let walk = self.walk_factor();
         self.has_rates = false;
         for step in steps {
+            let step = self.boresight.map_or(step, |boresight| step.turned(&boresight));
             let h = step.seconds;
             let rates = step.rates - self.gyro_bias;
             if let Some(keyframe) = self.without_rates.take().and_then(|k| self.keyframes[k].as_mut()) {
@@ -604,7 +605,12 @@ impl Filter {
         let limit = |part: f64| (part / HEIGHT_SIGMA * self.max_height_sigma).powi(2);
         let half = variance.clamp(limit(EVEN_HEIGHT_SIGMA), limit(FREE_HEIGHT_SIGMA)) / 2.0;
         self.set_height_sigma(half.sqrt());
-        self.roughness = half;
+    }
+
+    /// Returns the variance of the height of a landmark over that of its cell, m^2: that of the cell in a fit to
+    /// patches alone, and 0 in others.
+    fn roughness(&self) -> f64 {
+        if self.by_patches { self.height_variance() } else { 0.0 }
     }
 
     fn height_variance(&self) -> f64 {
@@ -656,11 +662,6 @@ fn pair_states(k: usize) -> [usize; PAIR] {
         _ if i < 2 * POSE => first + i - POSE,
         _ => CAMERA + i - 2 * POSE,
     })
-}
-
-/// Returns the standard errors of a calibration in the order of the states.
-fn camera_sigmas(calibration: &Calibration) -> [f64; ERRORS] {
-    [calibration.k1.sigma, calibration.readout_s.sigma, calibration.focal.sigma]
 }
 
 /// Returns the standard errors of an attitude reading about the axes of the level frame, rad.

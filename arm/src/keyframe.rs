@@ -45,7 +45,8 @@ const MAX_TEMPLATES: usize = 256;
 const MIN_TEMPLATE_SPACING_PX: usize = 48;
 /// Patches that are refined in a frame at most.
 pub const MAX_REFINED: usize = 100;
-/// Patches that were refined in a frame, from which on landmarks without a template take turns in the next.
+/// Patches that were refined in a frame, from which on landmarks without a template take turns in the next, or from
+/// which on patches alone are fitted.
 pub const MIN_REFINED: usize = 30;
 /// Landmarks without a template that are then matched in a frame, about.
 const TRIED_OTHERS: usize = 256;

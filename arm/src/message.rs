@@ -18,7 +18,8 @@
 //!
 //! The six numbers of a sample: angular velocity (rad/s) about and specific force (acceleration minus gravity, m/s^2)
 //! along the camera's axes, at the time at which they were measured. The samples up to a frame are sent before its
-//! telemetry, 100 to 200 of them a second. They are optional.
+//! telemetry, 100 to 200 of them a second. They are optional. With a bore-sight in the calibration, the axes of samples
+//! and attitude are those of the inertial sensor.
 //!
 //! Pixels are those that the camera sends, full scale 65535. The rows of a frame come in order, in as many messages as
 //! they need, before its records; an odd number of pixels is followed by a zero. They are optional: where they lie in

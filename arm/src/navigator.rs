@@ -171,8 +171,7 @@ impl Navigator {
             message::TELEMETRY => self.telemetry(raw, out).is_err(),
             message::INERTIAL => match Inertial::parse(raw.payload) {
                 Ok(inertial) => {
-                    let samples = inertial.samples().map(|sample| self.calibration.sample_of_camera(sample));
-                    samples.for_each(|sample| self.tracker.take_sample(sample));
+                    inertial.samples().for_each(|sample| self.tracker.take_sample(sample));
                     false
                 }
                 Err(_) => true,

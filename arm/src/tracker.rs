@@ -222,7 +222,6 @@ impl Tracker {
     /// Gives the camera a calibration, and forgets all frames.
     pub fn calibrate(&mut self, calibration: &Calibration) {
         self.clear();
-        self.restart_clock();
         self.confirmed = false;
         self.filter.calibrate(calibration);
     }

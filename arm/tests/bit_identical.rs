@@ -51,7 +51,7 @@ fn host_and_arm_write_the_same_bytes() {
     let lines = compare(&arm, "refined", &refined.messages.concat());
     assert!(lines.matches("x_e_m").count() >= 8, "{lines}");
     let frames = adversarial::repeated(Shape::Ground, Samples::None, 12);
-    let searched = adversarial::calibrated(Shape::Ground, &frames, &adversarial::texture());
+    let searched = adversarial::calibrated(Shape::Ground, &frames, Some(&adversarial::texture()));
     let lines = compare(&arm, "calibrated", &searched.messages.concat());
     assert!(lines.matches("x_e_m").count() >= 4, "{lines}");
     let Some(folder) = data_dir() else {

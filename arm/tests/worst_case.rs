@@ -51,11 +51,8 @@ proptest! {
         is_calibrated: bool,
     ) {
         let texture = is_refined.then(adversarial::texture);
-        let source = match &texture {
-            Some(texture) if is_calibrated => adversarial::calibrated(first, &frames, texture),
-            texture => adversarial::stream(first, &frames, texture.as_ref()),
-        };
-        let found = lines(&source, work);
+        let stream = if is_calibrated { adversarial::calibrated } else { adversarial::stream };
+        let found = lines(&stream(first, &frames, texture.as_ref()), work);
         prop_assert_eq!(found.len(), frames.len() + 1);
         for line in found {
             prop_assert!(line.work <= work, "{:?}", line);
@@ -103,7 +100,10 @@ fn a_unit_is_no_more_instructions_than_it_says() {
     let mut streams = adversarial::worst();
     streams.push(("drawn", adversarial::drawn(seed)));
     let searched = adversarial::repeated(Shape::Ground, Samples::None, 8);
-    streams.push(("calibrated", adversarial::calibrated(Shape::Ground, &searched, &adversarial::texture())));
+    streams.push(("calibrated", adversarial::calibrated(Shape::Ground, &searched, Some(&adversarial::texture()))));
+    // A rotation for each sample would exceed this.
+    let flood = Taken { shape: Shape::Empty, samples: Samples::Flood, after_us: 2_500_000, command: None };
+    streams.push(("calibrated, flooded", adversarial::calibrated(Shape::Full, &[flood; 3], None)));
     for (name, source) in streams {
         let counts = counted(&tools, name, &source);
         let lines = lines(&source, WORK_UNITS);

@@ -255,7 +255,7 @@ impl Filter {
         self.scratch.max_cells = max_cells;
         let are_patches = sightings.iter().all(|sighting| sighting.is_refined);
         self.by_patches = self.is_free && self.is_calibrated() && are_patches;
-        (self.roughness, self.excess) = (0.0, 1.0);
+        self.excess = 1.0;
         let (change, inliers) = if self.by_patches {
             self.fit_patches(k, cameras, sightings, budget)?
         } else {
@@ -421,7 +421,8 @@ impl Filter {
             (true, true) => 1.0,
         };
         let share = chosen as f64 * share;
-        let (roughness, height_variance) = (self.roughness, self.height_variance() + self.roughness);
+        let roughness = self.roughness();
+        let height_variance = self.height_variance() + roughness;
         self.relief = ReliefSums::default();
         let mut any = false;
         let mut batch = InformationBatch::new();

@@ -38,14 +38,19 @@ fn hovering(seconds: f64) -> impl Iterator<Item = Step> {
     )
 }
 
-/// Returns sightings of points on flat ground from a place `moved` m beside the keyframe, with noise of 0.3 px.
-fn sightings(filter: &Filter, moved: Vector3<f64>, errors: CameraErrors, rng: &mut ChaCha8Rng) -> Vec<Sighting> {
-    let camera = camera();
+/// Returns the state of a level camera `moved` m beside the level keyframe.
+fn level_pair(filter: &Filter, moved: Vector3<f64>) -> PairState {
     let mut state = filter.pair_state(0).unwrap();
     state.then.pose.rotation = Matrix3::identity();
     state.now.pose.position = state.then.pose.position + moved;
     state.now.pose.rotation = Matrix3::identity();
-    state.errors = errors;
+    state
+}
+
+/// Returns sightings of points on flat ground from a place `moved` m beside the keyframe, with noise of 0.3 px.
+fn sightings(filter: &Filter, moved: Vector3<f64>, errors: CameraErrors, rng: &mut ChaCha8Rng) -> Vec<Sighting> {
+    let camera = camera();
+    let state = PairState { errors, ..level_pair(filter, moved) };
     (0..200)
         .map(|landmark| {
             let reference = Vector2::new(1023.0 * rng.random::<f64>(), 767.0 * rng.random::<f64>());
@@ -480,11 +485,7 @@ fn patches(
     rng: &mut ChaCha8Rng,
     height: impl Fn(usize, &mut ChaCha8Rng) -> f64,
 ) -> Vec<Sighting> {
-    let camera = camera();
-    let mut state = filter.pair_state(0).unwrap();
-    state.then.pose.rotation = Matrix3::identity();
-    state.now.pose.position = state.then.pose.position + moved;
-    state.now.pose.rotation = Matrix3::identity();
+    let (camera, state) = (camera(), level_pair(filter, moved));
     let mut found = sightings(filter, moved, CameraErrors::default(), rng);
     found.truncate(80);
     for patch in &mut found {
@@ -549,7 +550,7 @@ fn patches_alone_tell_even_ground_from_rough() {
         filter.predict_free(0.066);
         let seen = patches(&filter, moved, &mut rng, height);
         let (error, sigma) = fit_alone(&mut filter, moved, seen);
-        let relief = (filter.height_variance() + filter.roughness).sqrt();
+        let relief = (filter.height_variance() + filter.roughness()).sqrt();
         (relief, error.abs() / sigma, error.abs(), filter.excess)
     };
     let (relief, ratio, _, excess) = relief_of(&|_, _| 0.0);

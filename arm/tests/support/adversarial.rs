@@ -114,23 +114,23 @@ pub struct Taken {
 /// Creates a stream of a captured reference and further frames of a vehicle at rest, with the pixels of a picture in
 /// each if there is one.
 pub fn stream(first: Shape, frames: &[Taken], picture: Option<&Plane<u16>>) -> Source {
-    let mut source = Source::default();
-    source.send_registers(SIZE.0, SIZE.1).unwrap();
-    fly(source, first, frames, picture)
+    flown(None, first, frames, picture)
 }
 
 /// Creates a stream as [`stream`] does, of a camera that is calibrated.
-pub fn calibrated(first: Shape, frames: &[Taken], picture: &Plane<u16>) -> Source {
+pub fn calibrated(first: Shape, frames: &[Taken], picture: Option<&Plane<u16>>) -> Source {
     let mut calibration = Calibration::default();
     (calibration.k1.sigma, calibration.readout_s.sigma) = (1e-3, 1e-4);
     (calibration.principal_px.value, calibration.boresight_deg.value) = ([2.5, -1.5], [0.3, -0.2, 0.1]);
-    let mut source = Source::default();
-    source.send_registers(SIZE.0, SIZE.1).unwrap();
-    source.send(message::CALIBRATION, &calibration.encode()).unwrap();
-    fly(source, first, frames, Some(picture))
+    flown(Some(&calibration), first, frames, picture)
 }
 
-fn fly(mut source: Source, first: Shape, frames: &[Taken], picture: Option<&Plane<u16>>) -> Source {
+fn flown(calibration: Option<&Calibration>, first: Shape, frames: &[Taken], picture: Option<&Plane<u16>>) -> Source {
+    let mut source = Source::default();
+    source.send_registers(SIZE.0, SIZE.1).unwrap();
+    if let Some(calibration) = calibration {
+        source.send(message::CALIBRATION, &calibration.encode()).unwrap();
+    }
     source.send(message::COMMAND, &Command::Capture.encode()).unwrap();
     picture.map(|picture| source.send_pixels(0, picture)).transpose().unwrap();
     source.send_frame(&Telemetry { time_us: 0, ..telemetry(0) }, &first.records(0), &[2000; 2]).unwrap();
