@@ -10,21 +10,24 @@
 //! | 18 | radial distortion `k1` of the lens, normalised coordinates | difference |
 //! | 19 | read-out time `T` from the first row to the last, s | difference |
 //! | 20 | relative error `e` of the stated focal length | difference |
-//! | 21..23 | slope of the mean ground along both axes of the level frame, `z = slope . (x, y)` | difference |
-//! | 23 + 6 k | position and rotation of the camera in keyframe `k` | as above |
+//! | 21 | delay `D` of the exposure of the first row after the time stamp, by the clock of the IMU, s | difference |
+//! | 22..24 | slope of the mean ground along both axes of the level frame, `z = slope . (x, y)` | difference |
+//! | 24 + 6 k | position and rotation of the camera in keyframe `k` | as above |
 //!
 //! ```text
 //! dp/dt = v,    dv/dt = R (f - b_a) + g,    dR/dt = R [w - b_g]
 //! ```
 //!
 //! **Errors of the camera.** A direction with normalised coordinates `u` is seen at `c + f (1 + e) u (1 + k1 |u|^2)`.
-//! Row `y` of `n` is exposed `T y / (n - 1)` after the time stamp, at the pose that velocity and angular velocity
-//! predict. Two frames from one pose have the same errors, so only motion makes the errors observable.
+//! Row `y` of `n` is exposed `D + T y / (n - 1)` after the time stamp, at the pose that velocity and angular velocity
+//! predict. Two frames from one pose have the same errors, so only motion makes the errors observable. A millisecond of
+//! `D` is a third of a pixel in the narrow view of a helicopter that turns by 3 degrees a second.
 //!
-//! **Heights are considered, not estimated** (Schmidt 1966): each cell of a grid on the ground has a height with the
-//! standard deviation `min(10 m, 0.2 h)` that no measurement reduces. The filter keeps its correlation with the state,
-//! so that the same unknown height does not average out over frames. In `y = (pose, keyframe pose, errors of the
-//! camera, heights of the cells in view)` all sightings of a frame have an information matrix `L` and vector `n`, and
+//! **Heights are considered, not estimated** (Schmidt 1966): each cell of a grid on the ground, an eighth of the
+//! picture wide, has a height with the standard deviation `min(10 m, 0.2 h)` that no measurement reduces. The filter
+//! keeps its correlation with the state, so that the same unknown height does not average out over frames. In
+//! `y = (pose, keyframe pose, errors of the camera, heights of the cells in view)` all sightings of a frame have an
+//! information matrix `L` and vector `n`, and
 //!
 //! ```text
 //! M = P_xy (I + L P_yy)^-1,    dx = M n,    P_xx -= M L P_yx,    P_xh -= M L P_yh,    P_hh unchanged
@@ -56,6 +59,7 @@
 //!
 //! | module | its one job |
 //! |---|---|
+//! | `grid` | the cells of the ground |
 //! | `information` | the sum of the information of sightings |
 //! | `linear` | linear systems, and products of tall matrices |
 //! | `prediction` | where landmarks are expected in the present frame |
@@ -68,6 +72,7 @@
 //!
 //! Nothing here allocates after [`Filter::new`].
 
+mod grid;
 mod information;
 mod linear;
 mod prediction;
@@ -79,10 +84,11 @@ mod sparse;
 mod step;
 
 use crate::calibration::Calibration;
+use grid::{CELLS, Grid};
 use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::Attitude;
 use hoverlock_reference::motion::relief::ReliefSums;
-use nalgebra::{Matrix3, SMatrix, Vector2, Vector3};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
 pub use prediction::Prediction;
 use projection::{CameraErrors, MovingCamera, PairState};
 use rotation::{exponential, orthonormal, skew};
@@ -104,15 +110,9 @@ const STATES: usize = CORE + POSE * MAX_KEYFRAMES;
 /// States that the images of a keyframe's landmarks depend on: two poses, the errors of the camera, and the slope.
 const PAIR: usize = 2 * POSE + COMMON;
 /// Errors of the camera.
-const ERRORS: usize = 3;
+const ERRORS: usize = 4;
 /// Errors of the camera, and the slope of the ground.
 const COMMON: usize = ERRORS + 2;
-/// Cells of the grid along each axis.
-const GRID_SIDE: usize = 24;
-/// Cells of the grid.
-const CELLS: usize = GRID_SIDE * GRID_SIDE;
-/// Cells across the first picture's columns: 6 m from 50 m with the wide view.
-const CELLS_ACROSS: f64 = 8.0;
 
 const POSITION: usize = 0;
 const VELOCITY: usize = 3;
@@ -156,6 +156,9 @@ const FORCE_BIAS_WALK: f64 = 1e-3;
 /// Normalised innovation squared (NIS) above which samples of the IMU contradict pictures. With a 16th of the
 /// information its expectation is 6/16; the mean over a second was at most 0.5 in flights without a fault.
 const CONSISTENT_NIS: f64 = 0.6;
+/// NIS above which errors grow: that of most flights is below. Up to [`CONSISTENT_NIS`] their variance grows with its
+/// cube, as a bias of the IMU that has stepped is learnt in part; beyond it in proportion.
+const USUAL_NIS: f64 = 0.3;
 /// Largest factor of the variance with which biases walk.
 const MAX_WALK_FACTOR: f64 = 9e4;
 /// Time constant of the wander of the attitude reading, s.
@@ -164,6 +167,9 @@ const WANDER_TIME_S: f64 = 10.0;
 const WHITE_ATTITUDE_SHARE: f64 = 0.25;
 /// Age of an attitude reading, s. Its error in a turn is treated as noise.
 const ATTITUDE_AGE_S: f64 = 0.01;
+/// Standard error of the delay of the exposure at the start, s: the middle of a long exposure, or a time stamp that is
+/// late by a few milliseconds.
+const DELAY_SIGMA_S: f64 = 0.005;
 /// Largest standard deviation of the distortion without samples of the IMU. A distortion `k1` moves pairs like a tilt
 /// of `3 k1 d / h`, and without the IMU only a calibration says which of them it is.
 const FREE_DISTORTION_SIGMA: f64 = 0.01;
@@ -219,7 +225,7 @@ pub struct Filter {
     covariance: Vec<f64>,
     /// Correlation of states and heights, `STATES` rows.
     cross: Vec<f64>,
-    cell_m: f64,
+    grid: Grid,
     /// Standard deviation of the height of a cell, m.
     height_sigma: f64,
     /// The last fit was one to patches alone, without samples of the IMU.
@@ -238,9 +244,6 @@ pub struct Filter {
     is_free: bool,
     /// Running NIS of the sightings, and its largest value, which decays.
     nis: [f64; 2],
-    /// Cells whose height may have a correlation with the state, and their number.
-    is_correlated: Vec<bool>,
-    correlated: usize,
     /// Running mean square of what residuals of a block of the picture have in common, px^2.
     common: f64,
     scratch: Scratch,
@@ -264,7 +267,7 @@ impl Filter {
             slope: Vector2::zeros(),
             covariance: vec![0.0; STATES * STATES],
             cross: vec![0.0; STATES * CELLS],
-            cell_m: 1.0,
+            grid: Grid::new(),
             height_sigma: MAX_HEIGHT_SIGMA_M,
             by_patches: false,
             relief: ReliefSums::default(),
@@ -275,8 +278,6 @@ impl Filter {
             is_free: true,
             nis: [0.0; 2],
             common: 0.0,
-            is_correlated: vec![false; CELLS],
-            correlated: 0,
             scratch: Scratch::new(),
         };
         filter.calibrate(&Calibration::default());
@@ -289,7 +290,7 @@ impl Filter {
         self.errors = CameraErrors::of(calibration);
         self.withheld = [0.0; FREE_SIGMAS.len()];
         let Calibration { k1, readout_s, focal, .. } = calibration;
-        for (state, sigma) in (CAMERA..SLOPE).zip([k1.sigma, readout_s.sigma, focal.sigma]) {
+        for (state, sigma) in (CAMERA..SLOPE).zip([k1.sigma, readout_s.sigma, focal.sigma, DELAY_SIGMA_S]) {
             (0..STATES).for_each(|i| self.covariance[state * STATES + i] = 0.0);
             (0..STATES).for_each(|i| self.covariance[i * STATES + state] = 0.0);
             self.cross[state * CELLS..(state + 1) * CELLS].fill(0.0);
@@ -303,10 +304,7 @@ impl Filter {
     pub fn restart(&mut self, height: f64, attitude: &Attitude, sensors: &SensorErrors, width_m: f64, keep: bool) {
         let is_sound = self.is_sound();
         self.keyframes = [None; MAX_KEYFRAMES];
-        self.cross.fill(0.0);
-        self.is_correlated.fill(false);
-        self.correlated = 0;
-        self.cell_m = (width_m / CELLS_ACROSS).max(1e-3);
+        self.restart_grid(width_m);
         self.pose.position = Vector3::new(0.0, 0.0, -height);
         self.max_height_sigma = MAX_HEIGHT_SIGMA_M.min(HEIGHT_SIGMA * height);
         self.height_sigma = self.max_height_sigma;
@@ -332,7 +330,7 @@ impl Filter {
             let calibration = self.calibration;
             self.calibrate(&calibration);
         }
-        let of_camera = Matrix3::from_fn(|row, column| self.at(CAMERA + row, CAMERA + column));
+        let of_camera = SMatrix::<f64, ERRORS, ERRORS>::from_fn(|row, column| self.at(CAMERA + row, CAMERA + column));
         self.covariance.fill(0.0);
         let mut set = |row: usize, column: usize, value: f64| self.covariance[row * STATES + column] = value;
         set(2, 2, ground * ground);
@@ -346,7 +344,9 @@ impl Filter {
             set(WANDER + axis, WANDER + axis, variance);
             set(ROTATION + axis, WANDER + axis, -variance);
             set(WANDER + axis, ROTATION + axis, -variance);
-            (0..ERRORS).for_each(|error| set(CAMERA + axis, CAMERA + error, of_camera[(axis, error)]));
+        }
+        for error in 0..ERRORS {
+            (0..ERRORS).for_each(|other| set(CAMERA + error, CAMERA + other, of_camera[(error, other)]));
         }
         (SLOPE..CORE).for_each(|i| set(i, i, SLOPE_SIGMA * SLOPE_SIGMA));
     }
@@ -392,7 +392,7 @@ impl Filter {
                 noise[WANDER + axis][WANDER + axis] += reading * reading * (1.0 - decay * decay);
             }
             // Other ground has another slope.
-            slope_noise += self.velocity.xy().norm() * h / (CELLS_ACROSS * self.cell_m);
+            slope_noise += self.velocity.xy().norm() * h / self.grid.width_m();
             self.pose.position += self.velocity * h + acceleration * (h * h / 2.0);
             self.velocity += acceleration * h;
             self.pose.rotation *= exponential(&(rates * h));
@@ -419,7 +419,8 @@ impl Filter {
     /// Returns the factor of standard errors that innovations and residuals demand, at least 1.
     pub fn inconsistency(&self) -> f64 {
         let common = (self.common / sightings::COMMON_PX2).max(1.0);
-        ((self.nis[1] / CONSISTENT_NIS).max(1.0) * common * self.excess).sqrt()
+        let usual = (self.nis[1].min(CONSISTENT_NIS) / USUAL_NIS).max(1.0).powi(3);
+        (usual * (self.nis[1] / CONSISTENT_NIS).max(1.0) * common * self.excess).sqrt()
     }
 
     /// Returns `true` if the camera is known as well as a fit to patches alone needs: without samples of the IMU
@@ -526,7 +527,7 @@ impl Filter {
         self.gyro_bias += three(GYRO_BIAS);
         self.force_bias += three(FORCE_BIAS);
         self.wander += three(WANDER);
-        self.errors.add(&three(CAMERA));
+        self.errors.add(&SVector::from_column_slice(&by[CAMERA..SLOPE]));
         self.slope += Vector2::new(by[SLOPE], by[SLOPE + 1]);
         for (k, keyframe) in self.keyframes.iter_mut().enumerate() {
             if let Some(MovingCamera { pose, .. }) = keyframe {
@@ -566,15 +567,21 @@ impl Filter {
 
     /// Returns `true` if the state is finite and no variance is negative beyond rounding.
     pub fn is_sound(&self) -> bool {
-        let CameraErrors { distortion, readout_s, focal } = &self.errors;
+        let CameraErrors { distortion, readout_s, focal, delay_s } = &self.errors;
         let vehicle = self.pose.position.iter().chain(&self.velocity).chain(&self.pose.rotation);
-        let finite = vehicle.chain([distortion, readout_s, focal]).chain(&self.slope).all(|value| value.is_finite());
+        let finite =
+            vehicle.chain([distortion, readout_s, focal, delay_s]).chain(&self.slope).all(|value| value.is_finite());
         finite && (0..CORE).all(|i| self.at(i, i) > -1e-9)
     }
 
-    /// Returns the pose of a keyframe.
-    pub fn keyframe(&self, k: usize) -> Option<&CameraPose> {
-        self.keyframes[k].as_ref().map(|camera| &camera.pose)
+    /// Returns the pose of the camera at the exposure of the first row.
+    pub fn exposed(&self) -> CameraPose {
+        self.present().after(self.errors.delay_s)
+    }
+
+    /// Returns the pose of a keyframe at its exposure.
+    pub fn keyframe(&self, k: usize) -> Option<CameraPose> {
+        self.keyframes[k].map(|camera| camera.after(self.errors.delay_s))
     }
 
     /// Returns displacement (m) from a keyframe and its covariance.
@@ -583,7 +590,7 @@ impl Filter {
         let covariance = Matrix3::from_fn(|i, j| {
             self.at(i, j) - self.at(i, first + j) - self.at(first + i, j) + self.at(first + i, first + j)
         });
-        self.keyframe(k).map(|pose| (self.pose.position - pose.position, covariance))
+        self.keyframe(k).map(|pose| (self.exposed().position - pose.position, covariance))
     }
 
     /// Sets the height over the mean ground, m, where the laser of the first frame was wrong. Keyframes keep their
@@ -617,23 +624,31 @@ impl Filter {
         self.height_sigma * self.height_sigma
     }
 
-    fn cell(&self, point: &Vector3<f64>) -> usize {
-        let index = |value: f64| {
-            let cell = (value / self.cell_m).floor() + GRID_SIDE as f64 / 2.0;
-            cell.clamp(0.0, GRID_SIDE as f64 - 1.0) as usize
-        };
-        index(point.y) * GRID_SIDE + index(point.x)
+    /// Makes the cells those of a picture that spans `width_m` of the ground if they are too large or too small for it.
+    pub fn fit_grid(&mut self, width_m: f64) {
+        if self.grid.is_unfit(width_m) {
+            self.restart_grid(width_m);
+        }
     }
 
-    /// Notes that the height of a cell has a correlation with the state.
-    fn set_correlated(&mut self, cell: usize) {
-        self.correlated += usize::from(!self.is_correlated[cell]);
-        self.is_correlated[cell] = true;
+    /// Makes the cells those of a picture that spans `width_m` of the ground. Nothing is known of their heights.
+    fn restart_grid(&mut self, width_m: f64) {
+        self.grid.restart(width_m);
+        self.cross.fill(0.0);
+    }
+
+    /// Returns the place of the cell of a point, without the correlation of the cell that had it before.
+    fn cell(&mut self, point: &Vector3<f64>) -> usize {
+        let (cell, is_left) = self.grid.enter(point);
+        if is_left {
+            (0..STATES).for_each(|state| self.cross[state * CELLS + cell] = 0.0);
+        }
+        cell
     }
 
     /// Returns the work units of a prediction without its steps, and of the updates by attitude and laser.
     pub fn prediction_work(&self) -> usize {
-        PREDICTION_WORK + CELL_PREDICTION_WORK * self.correlated
+        PREDICTION_WORK + CELL_PREDICTION_WORK * self.grid.correlated()
     }
 
     /// Returns what the images of the landmarks of keyframe `k` depend on.

@@ -121,6 +121,8 @@ pub struct Keyframe {
     pub work: u64,
     /// Count of keyframes before this one.
     pub age: u64,
+    /// Factor of standard errors with which its pose was estimated, at least 1.
+    pub inconsistency: f64,
     landmarks: Vec<Landmark>,
     templates: Vec<Template>,
 }
@@ -137,6 +139,7 @@ impl Keyframe {
             turn: 0,
             work: 0,
             age: 0,
+            inconsistency: 1.0,
             landmarks: Vec::with_capacity(features),
             templates: Vec::with_capacity(MAX_TEMPLATES),
         }
@@ -147,7 +150,7 @@ impl Keyframe {
         self.frame = frame;
         self.camera = camera;
         (self.best_share, self.takes_turns, self.turn) = (0.0, false, 0);
-        self.age = age;
+        (self.age, self.inconsistency) = (age, 1.0);
         self.features.clear();
         self.features.extend_from_slice(features);
         self.landmarks.clear();
@@ -227,10 +230,7 @@ impl Keyframe {
         let templates = landmarks.filter(|(landmark, _)| self.landmarks[*landmark].template.is_some());
         let count = templates.clone().count();
         let most = most.min(count);
-        for (index, (landmark, current)) in templates.enumerate() {
-            if (index + 1) * most / count == index * most / count {
-                continue;
-            }
+        for (_, (landmark, current)) in templates.enumerate().filter(evenly(most, count)) {
             if let Some(refined) = self.refined(&self.sighting(landmark, current), pixels, &motion.homography) {
                 let floor = Matrix2::identity() * (MIN_FREE_SIGMA_PX * MIN_FREE_SIGMA_PX);
                 sightings.push(Sighting { covariance: refined.covariance + floor, ..refined });
@@ -460,6 +460,12 @@ pub fn match_predicted(
         keep_consensus(shifts, sightings);
     }
     Some(MIN_INLIERS[usize::from(is_startup)] + counted / COMPARISONS_PER_INLIER)
+}
+
+/// Returns a filter that keeps `most` of `count` numbered things, evenly chosen, or all of fewer.
+fn evenly<T>(most: usize, count: usize) -> impl Fn(&(usize, T)) -> bool {
+    let most = most.min(count);
+    move |(index, _)| (index + 1) * most / count > index * most / count
 }
 
 /// Returns the numbers below `count`, each once, so that every beginning is spread evenly: steps near the golden ratio.

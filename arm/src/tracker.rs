@@ -19,7 +19,8 @@
 //! their median contradicts the range at the capture, the height is corrected.
 //!
 //! **Covariance and protection level.** The filter counts a 16th of the information of sightings, because some errors
-//! persist. Of its covariance `P` and its inconsistency `k` ([`Filter::inconsistency`])
+//! persist. Of its covariance `P` and the inconsistency `k`, that of the frame ([`Filter::inconsistency`]) or that with
+//! which its keyframe was made, whichever is larger,
 //!
 //! ```text
 //! covariance         min(k, 10)^2 P / 16
@@ -85,6 +86,8 @@ const RESERVED_PATCHES: usize = 64;
 pub const MAX_STEPS: usize = 128;
 /// Work units of a step.
 pub const STEP_WORK: usize = 2_600;
+/// Work units of a sample of the IMU: its message, and its place among the others.
+pub const SAMPLE_WORK: usize = 130;
 /// Work units of predicting and of adding a keyframe, without steps and states.
 pub const KEYFRAMES_WORK: usize = 35_000;
 /// Work units of a landmark after a fit: its history.
@@ -154,6 +157,8 @@ struct Found {
     matches: usize,
     /// Share of the landmarks that were matched whose sightings agree.
     share: f64,
+    /// The least inconsistency of the keyframes that were found with it.
+    inconsistency: f64,
 }
 
 /// The estimator with its memory.
@@ -167,6 +172,8 @@ pub struct Tracker {
     /// The keyframe that was commanded: it is matched beside the first.
     commanded: Option<usize>,
     captured: u64,
+    /// Inconsistency of the last estimate.
+    inconsistency: f64,
     time_us: u64,
     captured_us: u64,
     confirmed: bool,
@@ -174,6 +181,8 @@ pub struct Tracker {
     confirmation_count: i32,
     first_heights: Vec<f64>,
     samples: Vec<InertialSample>,
+    /// Samples that came since the last frame.
+    taken: usize,
     steps: Vec<Step>,
     memory: MatchMemory,
     workspace: Workspace,
@@ -190,12 +199,14 @@ impl Tracker {
             is_reversed: false,
             commanded: None,
             captured: 0,
+            inconsistency: 1.0,
             time_us: 0,
             captured_us: 0,
             confirmed: false,
             confirmation_count: 0,
             first_heights: Vec::with_capacity(MAX_FIRST_HEIGHTS),
             samples: Vec::with_capacity(MAX_SAMPLES),
+            taken: 0,
             steps: Vec::with_capacity(MAX_SAMPLES + 1),
             memory: MatchMemory::with_capacity(features),
             workspace: Workspace::with_capacity(features),
@@ -234,6 +245,7 @@ impl Tracker {
 
     /// Takes a sample of the IMU. Samples that are not later than the one before are ignored.
     pub fn take_sample(&mut self, sample: InertialSample) {
+        self.taken = self.taken.saturating_add(1);
         if self.samples.last().is_some_and(|last| last.time_us >= sample.time_us) {
             return;
         }
@@ -253,13 +265,14 @@ impl Tracker {
         if features.len() < MIN_FEATURES {
             return Err(Reason::Features(features.len()));
         }
-        let width = camera.last_pixel().x / camera.focal() * view.height();
+        let width = picture_width(&camera, view.height());
         let is_known = self.predict(telemetry, budget);
         let (height, attitude, sensors) = (view.height(), &telemetry.attitude, &telemetry.sensors);
         self.filter.restart(height, attitude, sensors, width, is_known && self.confirmed);
         self.clear();
         (self.captured_us, self.confirmed, self.confirmation_count) = (telemetry.time_us, false, 0);
         self.first_heights.clear();
+        self.inconsistency = 1.0;
         self.add_keyframe(present, budget);
         Ok(())
     }
@@ -296,6 +309,7 @@ impl Tracker {
             self.confirm(present, &found)?;
         }
         let (found, compared) = found?;
+        self.inconsistency = self.filter.inconsistency().max(found.inconsistency);
         let estimate = self.result(present, found);
         if let Some(compared) = compared {
             self.renew(present, compared, renew, budget);
@@ -359,8 +373,9 @@ impl Tracker {
         let is_covered = elapsed.is_some_and(|elapsed| covered + MAX_UNCOVERED_US >= elapsed);
         let group = self.steps.len().div_ceil(MAX_STEPS).max(1);
         let steps = self.steps.chunks(group).map(Step::merged);
-        // A frame always has the units for this: they are less than half of its budget.
-        budget.spend(KEYFRAMES_WORK + STEP_WORK * steps.len() + filter.prediction_work());
+        // A frame has the units for this, which are less than half of its budget, unless a flood of samples came.
+        let samples = SAMPLE_WORK.saturating_mul(std::mem::take(&mut self.taken));
+        budget.spend(samples.saturating_add(KEYFRAMES_WORK + STEP_WORK * steps.len() + filter.prediction_work()));
         if is_covered {
             filter.predict(steps, &telemetry.sensors);
         } else {
@@ -415,7 +430,9 @@ impl Tracker {
                 // The estimate stands without it.
                 budget.optional(|rest| self.track(k, patches, present, rest))
             };
-            if let Some(tracked) = tracked {
+            if let Some(mut tracked) = tracked {
+                tracked.inconsistency =
+                    found.map_or(f64::INFINITY, |other| other.inconsistency).min(tracked.inconsistency);
                 found = Some(tracked);
                 compared = if k == nearest { found } else { compared };
                 self.keyframes[k].work = budget.spent() - before;
@@ -497,7 +514,8 @@ impl Tracker {
         self.inliers.clear();
         let inliers = sightings.iter().filter(|sighting| sighting.is_inlier());
         self.inliers.extend(inliers.map(|found| Pair { reference: found.reference, current: found.current }));
-        Ok(Found { keyframe: k, inliers: fitted.inliers, matches: sightings.len(), share })
+        let inconsistency = keyframe.inconsistency;
+        Ok(Found { keyframe: k, inliers: fitted.inliers, matches: sightings.len(), share, inconsistency })
     }
 
     /// Searches keyframe `k` by RANSAC, and fits the filter to the consensus.
@@ -546,6 +564,7 @@ impl Tracker {
         if sightings.len() < MIN_REFINED {
             sightings.clear();
             let (step, _) = filter.thinning(motion.inliers.len(), budget.left().saturating_sub(learning as u64));
+            self.memory.tried = self.memory.tried.div_ceil(step);
             let found = motion.inliers.iter().step_by(step);
             sightings.extend(found.map(|&i| keyframe.sighting(motion.matches[i].reference, motion.pairs[i].current)));
         } else {
@@ -560,12 +579,12 @@ impl Tracker {
     /// below the ground.
     fn views(&self, k: usize, camera: &Camera) -> Option<[View; 2]> {
         let filter = &self.filter;
-        let then = filter.keyframe(k)?;
+        let (then, now) = (filter.keyframe(k)?, filter.exposed());
         let view =
             |camera, rotation: &Matrix3<f64>, z: f64| View::at_height(camera, Attitude::of_rotation(rotation), -z).ok();
         Some([
             view(self.keyframes[k].camera, &then.rotation, then.position.z)?,
-            view(*camera, &filter.pose.rotation, filter.pose.position.z)?,
+            view(*camera, &now.rotation, now.position.z)?,
         ])
     }
 
@@ -619,14 +638,14 @@ impl Tracker {
     fn result(&self, present: &Seen<'_>, found: Found) -> Result<Estimate, Reason> {
         let (moved, covariance, sigma) = self.place(present.telemetry)?;
         let filter = &self.filter;
-        let inconsistency = filter.inconsistency();
+        let inconsistency = filter.inconsistency().max(found.inconsistency);
         let margin = if filter.is_by_patches() { PATCH_MARGIN } else { 1.0 };
         let normal = PROTECTION_SIGMAS * sigma * inconsistency * margin;
         let protection = (normal + PROTECTION_SCALE * moved.xy().norm()).max(MIN_PROTECTION_LEVEL_M);
         // As if all of the information counted: what the errors of random flights are on the mean (decision 059).
         let share = if filter.is_free() { 1.0 } else { INFORMATION_SHARE };
         let covariance = covariance * (inconsistency.min(MAX_RAISE).powi(2) * share);
-        let attitude = Attitude::of_rotation(&filter.pose.rotation);
+        let attitude = Attitude::of_rotation(&filter.exposed().rotation);
         Ok(Estimate {
             x_e_m: moved.x,
             y_e_m: moved.y,
@@ -659,6 +678,7 @@ impl Tracker {
     /// too far between two frames with a keyframe.
     fn add_coasted_keyframe(&mut self, present: &Seen<'_>, budget: &mut Budget) {
         if self.confirmed && self.place(present.telemetry).is_ok() {
+            self.inconsistency = self.inconsistency.max(self.filter.inconsistency());
             self.add_keyframe(present, budget);
         }
     }
@@ -679,12 +699,13 @@ impl Tracker {
         let work = self.keyframes.iter().map(|keyframe| keyframe.work).max().unwrap_or_default();
         let keyframe = &mut self.keyframes[slot];
         keyframe.fill(present.frame, present.camera, present.features, self.captured);
-        keyframe.work = work;
+        (keyframe.work, keyframe.inconsistency) = (work, self.inconsistency.min(MAX_RAISE));
         if let Some(pixels) = present.pixels {
             mark(Part::Refinement);
             // Templates that the rest does not pay for are not cut.
             budget.optional(|rest| keyframe.cut_templates(pixels, &mut self.memory.strongest, rest));
         }
+        self.filter.fit_grid(picture_width(&present.camera, -self.filter.pose.position.z));
         self.filter.clone_pose(slot);
         slot
     }
@@ -694,6 +715,11 @@ impl Tracker {
 /// `displacement` (m) over level ground.
 fn ground_homography(reference: &View, current: &View, displacement: Vector2<f64>) -> Matrix3<f64> {
     current.from_ground() * Matrix3::new_translation(&-displacement) * reference.to_ground()
+}
+
+/// Returns the ground that a picture spans across its columns from a height (m), m.
+fn picture_width(camera: &Camera, height: f64) -> f64 {
+    camera.last_pixel().x / camera.focal() * height
 }
 
 /// Returns the fraction of a picture that `homography` maps into another of the same size.
@@ -712,6 +738,51 @@ fn overlap(homography: &Matrix3<f64>, camera: &Camera) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hoverlock_reference::features::feature::Descriptor;
+    use hoverlock_reference::motion::observation::SensorErrors;
+
+    /// The error of a keyframe's pose stays after what caused it has passed.
+    #[test]
+    fn a_keyframe_remembers_the_inconsistency_it_was_made_with() {
+        let telemetry = Telemetry {
+            frame: 0,
+            time_us: 0,
+            attitude: Attitude::default(),
+            range: 50.0,
+            field_of_view: 0.87,
+            sensors: SensorErrors { tilt: 0.0035, heading: 0.01, range: 0.1 },
+        };
+        let camera = Camera::with_field_of_view(1024, 768, 0.87).unwrap();
+        let feature = Feature {
+            x: 0,
+            y: 0,
+            scale: 0,
+            bright: true,
+            response: 0.0,
+            neighbours: [0.0; 4],
+            descriptor: Descriptor::of_two([0, 0], [0, 0]),
+        };
+        let features = vec![feature; MIN_FEATURES];
+        let present = Seen { frame: Some(0), telemetry: &telemetry, camera, features: &features, pixels: None };
+        let mut tracker = Tracker::with_capacity(features.len());
+        let mut budget = Budget::UNLIMITED;
+        tracker.capture(&present, &mut budget).unwrap();
+        assert_eq!(tracker.keyframes[0].inconsistency, 1.0);
+        tracker.filter.predict_free(0.01);
+        let level = |tracker: &Tracker, inconsistency: f64| {
+            let found = Found { keyframe: 0, inliers: 0, matches: 0, share: 1.0, inconsistency };
+            let estimate = tracker.result(&present, found).unwrap();
+            [estimate.protection_level_m, estimate.covariance_m2[0].sqrt()]
+        };
+        for (inconsistency, remembered) in [(4.0, 4.0), (40.0, MAX_RAISE)] {
+            tracker.inconsistency = inconsistency;
+            let slot = tracker.add_keyframe(&present, &mut budget);
+            assert_eq!(tracker.keyframes[slot].inconsistency, remembered);
+            let [one, other] = [level(&tracker, 2.0), level(&tracker, 2.0 * remembered)];
+            assert!((other[0] / one[0] - remembered).abs() < 1e-9);
+            assert!((other[1] / one[1] - (2.0 * remembered).min(MAX_RAISE) / 2.0).abs() < 1e-9);
+        }
+    }
 
     #[test]
     fn the_overlap_is_that_of_the_rectangles() {

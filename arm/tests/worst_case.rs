@@ -101,8 +101,8 @@ fn a_unit_is_no_more_instructions_than_it_says() {
     streams.push(("drawn", adversarial::drawn(seed)));
     let searched = adversarial::repeated(Shape::Ground, Samples::None, 8);
     streams.push(("calibrated", adversarial::calibrated(Shape::Ground, &searched, Some(&adversarial::texture()))));
-    // A rotation for each sample would exceed this.
-    let flood = Taken { shape: Shape::Empty, samples: Samples::Flood, after_us: 2_500_000, command: None };
+    // Twelve thousand samples take most of a frame.
+    let flood = Taken { shape: Shape::Empty, samples: Samples::Flood, after_us: 12_000_000, command: None };
     streams.push(("calibrated, flooded", adversarial::calibrated(Shape::Full, &[flood; 3], None)));
     for (name, source) in streams {
         let counts = counted(&tools, name, &source);

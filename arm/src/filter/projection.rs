@@ -1,10 +1,10 @@
 //! The image of a keyframe's landmark in the present frame, with its derivatives.
 
 use super::rotation::{exponential, skew};
-use super::{CameraPose, PAIR, POSE};
+use super::{CameraPose, ERRORS, PAIR, POSE};
 use crate::calibration::Calibration;
 use hoverlock_reference::motion::orthophoto::Camera;
-use nalgebra::{Matrix2, Matrix2x3, Matrix3, SMatrix, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
 /// Newton's steps of the inverse of the lens: 1e-6 of the radius at a distortion of 10 %.
 const LENS_STEPS: usize = 3;
@@ -20,7 +20,7 @@ pub(super) struct MovingCamera {
 
 impl MovingCamera {
     /// Returns the pose after `seconds`.
-    fn after(&self, seconds: f64) -> CameraPose {
+    pub(super) fn after(&self, seconds: f64) -> CameraPose {
         // To first order: a read-out turns the camera by milliradians.
         CameraPose {
             position: self.pose.position + self.velocity * seconds,
@@ -35,20 +35,27 @@ pub(super) struct CameraErrors {
     pub(super) distortion: f64,
     pub(super) readout_s: f64,
     pub(super) focal: f64,
+    pub(super) delay_s: f64,
 }
 
 impl CameraErrors {
-    /// Returns the values of a calibration.
+    /// Returns the values of a calibration, which does not know the delay.
     pub(super) fn of(calibration: &Calibration) -> Self {
         let Calibration { k1, readout_s, focal, .. } = calibration;
-        Self { distortion: k1.value, readout_s: readout_s.value, focal: focal.value }
+        Self { distortion: k1.value, readout_s: readout_s.value, focal: focal.value, delay_s: 0.0 }
     }
 
     /// Adds errors in the order of the states.
-    pub(super) fn add(&mut self, change: &Vector3<f64>) {
+    pub(super) fn add(&mut self, change: &SVector<f64, ERRORS>) {
         self.distortion += change.x;
         self.readout_s += change.y;
         self.focal += change.z;
+        self.delay_s += change.w;
+    }
+
+    /// Returns the time of exposure of a part of the rows, s after the time stamp.
+    fn exposed_s(&self, part: f64) -> f64 {
+        self.delay_s + self.readout_s * part
     }
 
     /// Returns the normalised coordinates at which a direction appears, and their derivative.
@@ -88,7 +95,7 @@ impl PairState {
             camera.pose.position += three(first);
             camera.pose.rotation = exponential(&three(first + 3)) * camera.pose.rotation;
         }
-        other.errors.add(&three(2 * POSE));
+        other.errors.add(&SVector::from_column_slice(&change[2 * POSE..2 * POSE + ERRORS]));
         other.slope += Vector2::new(change[PAIR - 2], change[PAIR - 1]);
         other
     }
@@ -100,7 +107,7 @@ pub(super) struct Projection {
     /// By position and rotation of the present camera, and of the keyframe's.
     pub(super) by_pose: [Matrix2x3<f64>; 4],
     /// By the errors of the camera.
-    pub(super) by_camera: Matrix2x3<f64>,
+    pub(super) by_camera: SMatrix<f64, 2, ERRORS>,
     pub(super) by_slope: Matrix2<f64>,
     /// By the height of the cell.
     pub(super) by_height: Vector2<f64>,
@@ -112,9 +119,10 @@ impl Projection {
     /// Returns the derivatives in the order of [`super::pair_states`].
     pub(super) fn by_pair(&self) -> SMatrix<f64, 2, PAIR> {
         let mut by = SMatrix::<f64, 2, PAIR>::zeros();
-        for (part, block) in self.by_pose.iter().chain([&self.by_camera]).enumerate() {
+        for (part, block) in self.by_pose.iter().enumerate() {
             by.fixed_view_mut::<2, 3>(0, 3 * part).copy_from(block);
         }
+        by.fixed_view_mut::<2, ERRORS>(0, 2 * POSE).copy_from(&self.by_camera);
         by.fixed_view_mut::<2, 2>(0, PAIR - 2).copy_from(&self.by_slope);
         by
     }
@@ -125,13 +133,13 @@ impl PairState {
     pub(super) fn project(&self, [from, to]: [&Camera; 2], pixel: &Vector2<f64>) -> Option<Projection> {
         let Self { then, now, errors, slope } = self;
         let normal = normal(slope);
-        // The time stamp is that of the first row.
+        // The first row has the delay alone.
         let part = |camera: &Camera, pixel: &Vector2<f64>| pixel.y / camera.last_pixel().y.max(1.0);
         let focals = [from, to].map(|camera| camera.focal() * (1.0 + errors.focal));
         let was_seen = (pixel - from.principal()) / focals[0];
         let u = errors.straight(&was_seen);
         let then_part = part(from, pixel);
-        let read = then.after(errors.readout_s * then_part);
+        let read = then.after(errors.exposed_s(then_part));
         let ray = read.rotation * u.push(1.0);
         let towards = normal.dot(&ray);
         if towards < 1e-3 {
@@ -147,9 +155,9 @@ impl PairState {
             let (seen, by) = errors.distorted(&(q.xy() / q.z));
             (seen, to.principal() + seen * focals[1], by)
         };
-        // The row decides on the time; that of the pose at the time stamp is near enough.
-        let now_part = part(to, &image(&direction(&now.pose)?).1);
-        let pose = now.after(errors.readout_s * now_part);
+        // The row decides on the time; that of the pose of the first one is near enough.
+        let now_part = part(to, &image(&direction(&now.after(errors.exposed_s(0.0)))?).1);
+        let pose = now.after(errors.exposed_s(now_part));
         let q = direction(&pose)?;
         let (is_seen, image, by_straight) = image(&q);
         let f = focals[1] / q.z;
@@ -163,10 +171,11 @@ impl PairState {
         let turning = |camera: &MovingCamera| camera.pose.rotation * camera.rates;
         let by_now = by_pose[0] * now.velocity + by_pose[1] * turning(now);
         let by_then = by_pose[2] * then.velocity + by_pose[3] * turning(then);
-        let by_camera = Matrix2x3::from_columns(&[
+        let by_camera = SMatrix::from_columns(&[
             cubic(&(q.xy() / q.z)) * focals[1] - by_reference * cubic(&u),
             by_now * now_part + by_then * then_part,
             is_seen * to.focal() - by_reference * was_seen / (1.0 + errors.focal),
+            by_now + by_then,
         ]);
         let by_height = -a * ray / towards;
         let by_slope = -by_height * point.xy().transpose();

@@ -1,10 +1,9 @@
 //! The updates by readings of the sensors.
 
+use super::grid::CELLS;
 use super::projection::normal;
 use super::rotation::logarithm;
-use super::{
-    ATTITUDE_AGE_S, CELLS, Filter, POSITION, ROTATION, SLOPE, STATES, WANDER, WHITE_ATTITUDE_SHARE, attitude_errors,
-};
+use super::{ATTITUDE_AGE_S, Filter, POSITION, ROTATION, SLOPE, STATES, WANDER, WHITE_ATTITUDE_SHARE, attitude_errors};
 use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::Attitude;
 
@@ -61,7 +60,7 @@ impl Filter {
             return;
         }
         if let Some((cell, _)) = height {
-            self.set_correlated(cell);
+            self.grid.set_correlated(cell);
         }
         let gain = column.map(|value| value / variance);
         for cell in 0..CELLS {

@@ -1,9 +1,10 @@
 //! The update by sightings of landmarks, with the letters of the [parent](super).
 
+use super::grid::CELLS;
 use super::information::InformationBatch;
 use super::linear::{solve, subtract_products, transposed};
 use super::projection::{PairState, Projection};
-use super::{CELLS, CORE, Filter, GYRO_BIAS, KEPT_SLOPE, PAIR, SLOPE, STATES, pair_states};
+use super::{CORE, Filter, GYRO_BIAS, KEPT_SLOPE, PAIR, SLOPE, STATES, pair_states};
 use hoverlock_reference::motion::budget::Budget;
 use hoverlock_reference::motion::orthophoto::Camera;
 use hoverlock_reference::motion::relief::{ReliefSums, clipped};
@@ -28,15 +29,15 @@ const MAX_EXCESS_CHI2: f64 = 200.0;
 /// Sightings at most in an iteration, evenly chosen; the update itself has all.
 const ITERATED_SIGHTINGS: usize = 128;
 /// Work units of a sighting in an iteration: its projection with all derivatives, and its part of the information.
-pub const SIGHTING_WORK: usize = 320;
+pub const SIGHTING_WORK: usize = 360;
 /// Work units of the system of an iteration, and of its solution.
-pub const SYSTEM_WORK: usize = 7_500;
+pub const SYSTEM_WORK: usize = 9_000;
 /// Work units of a touched cell in the system.
-pub const CELL_SYSTEM_WORK: usize = 270;
+pub const CELL_SYSTEM_WORK: usize = 300;
 /// Work units of a state in the solution for all states.
-pub const SOLUTION_STATE_WORK: usize = 1_500;
+pub const SOLUTION_STATE_WORK: usize = 1_750;
 /// Work units of a touched cell and a state in the gain.
-pub const CELL_STATE_WORK: usize = 57;
+pub const CELL_STATE_WORK: usize = 62;
 /// Work units of a correlated cell and a state in the update of the correlations.
 pub const CORRELATED_STATE_WORK: usize = 8;
 /// Products of the update of the covariance in a work unit, at least.
@@ -212,7 +213,7 @@ impl Filter {
 
     /// Returns the work units of the update of all states with a number of touched cells.
     fn application_work(&self, cells: usize) -> usize {
-        let (active, correlated) = (self.active(), (self.correlated + cells).min(CELLS));
+        let (active, correlated) = (self.active(), (self.grid.correlated() + cells).min(CELLS));
         system_work(cells)
             + active * (SOLUTION_STATE_WORK + CELL_STATE_WORK * cells + CORRELATED_STATE_WORK * correlated)
             + active * active * (PAIR + cells) / PRODUCTS_PER_UNIT
@@ -578,7 +579,7 @@ impl Filter {
         }
         self.correct(&by);
         for touched in 0..self.scratch.cells.len() {
-            self.set_correlated(self.scratch.cells[touched]);
+            self.grid.set_correlated(self.scratch.cells[touched]);
         }
         Some(())
     }
