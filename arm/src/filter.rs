@@ -44,7 +44,7 @@
 //! **Patches alone.** Without samples of the IMU, and with a calibrated camera, a frame is fitted to patches that were
 //! refined on the frames, a few hundredths of a pixel each. Such a fit has no memory: keyframe, ground and camera err
 //! alike in all frames, so only the present pose is corrected, and all of the information counts. The ground is even at
-//! first. If fewer than six in ten patches agree, their residuals decide how rough it is: half of the variance of the
+//! first. If fewer than four in ten patches agree, their residuals decide how rough it is: half of the variance of the
 //! relief is common to a cell, half is a landmark's own ([`hoverlock_reference::motion::relief`]).
 //!
 //! **Heights are eliminated** before a system is solved, as each has its own prior and none is seen with another: with
@@ -230,6 +230,8 @@ pub struct Filter {
     height_sigma: f64,
     /// The last fit was one to patches alone, without samples of the IMU.
     by_patches: bool,
+    /// It took the ground as rough.
+    is_rough: bool,
     /// What the residuals of the last linearisation say of the relief.
     relief: ReliefSums,
     /// Mean chi squared of the patches over its expectation, at least 1.
@@ -270,6 +272,7 @@ impl Filter {
             grid: Grid::new(),
             height_sigma: MAX_HEIGHT_SIGMA_M,
             by_patches: false,
+            is_rough: false,
             relief: ReliefSums::default(),
             excess: 1.0,
             max_height_sigma: MAX_HEIGHT_SIGMA_M,

@@ -6,9 +6,9 @@
 //! a crown of leaves, loses weight in that direction alone.
 //!
 //! The strongest feature of each of 256 squares of a keyframe has a template, if the pixels of the keyframe came with
-//! it. Where it is matched in a frame whose pixels came too, the template is refined from the position of the match
-//! ([`hoverlock_fixed_point::refinement`]), and the sighting is that of the patch, a few hundredths of a pixel in place
-//! of a few tenths. Its residuals have a covariance of their own.
+//! it, and of each of 400 if patches alone will be fitted. Where it is matched in a frame whose pixels came too, the
+//! template is refined from the position of the match ([`hoverlock_fixed_point::refinement`]), and the sighting is that
+//! of the patch, a few hundredths of a pixel in place of a few tenths. Its residuals have a covariance of their own.
 
 use crate::filter::{Filter, Prediction, Sighting};
 use crate::line::MIN_FEATURES;
@@ -17,7 +17,7 @@ use hoverlock_reference::features::feature::Feature;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::budget::Budget;
 use hoverlock_reference::motion::estimate::Estimate as Motion;
-use hoverlock_reference::motion::model::derivative;
+use hoverlock_reference::motion::model::{derivative, transfer};
 use hoverlock_reference::motion::orthophoto::Camera;
 use nalgebra::{Matrix2, Matrix3, Vector2};
 
@@ -39,17 +39,21 @@ const RESIDUAL_FACTOR: f64 = 3.0;
 const NEW_SIGMA_PX: f64 = 0.5;
 /// Smallest standard error of a sighting of a landmark with a history, px.
 const MIN_SIGMA_PX: f64 = 0.25;
-/// Templates of a keyframe at most.
-const MAX_TEMPLATES: usize = 256;
-/// Side of the squares of a keyframe that have a template each, px, at least.
-const MIN_TEMPLATE_SPACING_PX: usize = 48;
+/// Templates of a keyframe at most, and of one to which patches alone are fitted.
+const MAX_TEMPLATES: [usize; 2] = [256, 400];
+/// Side of the squares of a keyframe that have a template each, px, at least, in the same order.
+const MIN_TEMPLATE_SPACING_PX: [usize; 2] = [48, 32];
 /// Patches that are refined in a frame at most.
 pub const MAX_REFINED: usize = 100;
+/// The same where patches alone are fitted.
+pub const MAX_PATCHES: usize = 160;
 /// Patches that were refined in a frame, from which on landmarks without a template take turns in the next, or from
 /// which on patches alone are fitted.
 pub const MIN_REFINED: usize = 30;
 /// Landmarks without a template that are then matched in a frame, about.
 const TRIED_OTHERS: usize = 256;
+/// Distance from the border of a frame of the middle of a patch that is looked for, px.
+const PATCH_PX: f64 = 16.0;
 /// Smallest standard error of a refined sighting, px.
 const MIN_REFINED_SIGMA_PX: f64 = 0.05;
 /// The same without samples of the IMU, where no error persists: no comparison of noisy frames is more accurate.
@@ -141,7 +145,7 @@ impl Keyframe {
             age: 0,
             inconsistency: 1.0,
             landmarks: Vec::with_capacity(features),
-            templates: Vec::with_capacity(MAX_TEMPLATES),
+            templates: Vec::with_capacity(MAX_TEMPLATES[1]),
         }
     }
 
@@ -158,11 +162,19 @@ impl Keyframe {
         self.templates.clear();
     }
 
-    /// Cuts the templates from the pixels of the keyframe, as many as `budget` pays for. `strongest` is memory.
-    pub fn cut_templates(&mut self, pixels: &Plane<u16>, strongest: &mut Vec<Option<usize>>, budget: &mut Budget) {
+    /// Cuts the templates from the pixels of the keyframe, as many as `budget` pays for, and more if patches alone will
+    /// be fitted. `strongest` is memory.
+    pub fn cut_templates(
+        &mut self,
+        pixels: &Plane<u16>,
+        are_alone: bool,
+        strongest: &mut Vec<Option<usize>>,
+        budget: &mut Budget,
+    ) {
         let squares = |side: usize| [pixels.width().div_ceil(side), pixels.height().div_ceil(side)];
-        let mut side = MIN_TEMPLATE_SPACING_PX;
-        while squares(side).iter().product::<usize>() > MAX_TEMPLATES {
+        let kind = usize::from(are_alone);
+        let mut side = MIN_TEMPLATE_SPACING_PX[kind];
+        while squares(side).iter().product::<usize>() > MAX_TEMPLATES[kind] {
             side += 1;
         }
         let [columns, rows] = squares(side);
@@ -217,26 +229,38 @@ impl Keyframe {
         tried
     }
 
-    /// Refines the consensus of a search where its landmarks have a template, at most `most` of them, evenly chosen,
-    /// and adds what was found to `sightings`. Returns the number of patches that were tried.
-    pub fn refine_consensus(
+    /// Refines the templates that the present frame shows, at most `most` of them, evenly chosen, and adds what was
+    /// found to `memory.sightings`. They are sought where the consensus of a search has their landmark, or where
+    /// `homography` has it. Returns the number of patches that were tried.
+    pub fn refine_all(
         &self,
         motion: &Motion,
+        homography: &Matrix3<f64>,
         pixels: &Plane<u16>,
         most: usize,
-        sightings: &mut Vec<Sighting>,
+        memory: &mut MatchMemory,
     ) -> usize {
-        let landmarks = motion.inliers.iter().map(|&i| (motion.matches[i].reference, motion.pairs[i].current));
-        let templates = landmarks.filter(|(landmark, _)| self.landmarks[*landmark].template.is_some());
-        let count = templates.clone().count();
-        let most = most.min(count);
-        for (_, (landmark, current)) in templates.enumerate().filter(evenly(most, count)) {
-            if let Some(refined) = self.refined(&self.sighting(landmark, current), pixels, &motion.homography) {
+        let MatchMemory { starts, sightings, .. } = memory;
+        let size = Vector2::new(pixels.width() as f64, pixels.height() as f64);
+        let is_inside =
+            |p: &Vector2<f64>| p.iter().zip(&size).all(|(at, side)| (PATCH_PX..=side - PATCH_PX).contains(at));
+        starts.clear();
+        starts.extend(self.features.iter().zip(&self.landmarks).map(|(feature, landmark)| {
+            landmark.template.and_then(|_| transfer(homography, position(feature))).filter(is_inside)
+        }));
+        for &i in &motion.inliers {
+            let start = &mut starts[motion.matches[i].reference];
+            *start = start.and(Some(motion.pairs[i].current));
+        }
+        let count = starts.iter().flatten().count();
+        let found = starts.iter().enumerate().filter_map(|(landmark, start)| start.map(|start| (landmark, start)));
+        for (_, (landmark, start)) in found.enumerate().filter(evenly(most, count)) {
+            if let Some(refined) = self.refined(&self.sighting(landmark, start), pixels, homography) {
                 let floor = Matrix2::identity() * (MIN_FREE_SIGMA_PX * MIN_FREE_SIGMA_PX);
                 sightings.push(Sighting { covariance: refined.covariance + floor, ..refined });
             }
         }
-        most
+        most.min(count)
     }
 
     /// Returns a sighting with the positions of its patch, and the covariance that these have by their pixels alone;
@@ -319,6 +343,8 @@ pub struct MatchMemory {
     /// For each feature of the present frame, the landmark that resembles it most.
     taken: Vec<Option<(u32, usize)>>,
     shifts: Vec<Vector2<f64>>,
+    /// Where the template of a landmark is looked for after a search.
+    starts: Vec<Option<Vector2<f64>>>,
     /// The strongest feature of each square of a keyframe.
     pub strongest: Vec<Option<usize>>,
     /// Landmarks that were matched.
@@ -334,6 +360,7 @@ impl MatchMemory {
             predicted: Vec::with_capacity(features),
             taken: Vec::with_capacity(features),
             shifts: Vec::with_capacity(features),
+            starts: Vec::with_capacity(features),
             strongest: Vec::with_capacity(features),
             tried: 0,
             sightings: Vec::with_capacity(features),

@@ -34,7 +34,7 @@
 
 use crate::calibration::Calibration;
 use crate::filter::{Filter, INFORMATION_SHARE, MAX_KEYFRAMES, Step};
-use crate::keyframe::{Keyframe, MAX_REFINED, MIN_REFINED, MatchMemory, REFINED_WORK, match_predicted};
+use crate::keyframe::{Keyframe, MAX_PATCHES, MAX_REFINED, MIN_REFINED, MatchMemory, REFINED_WORK, match_predicted};
 use crate::line::{Estimate, MIN_FEATURES, Reason};
 use crate::message::{InertialSample, Telemetry};
 use hoverlock_reference::features::feature::Feature;
@@ -42,7 +42,7 @@ use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::budget::Budget;
 use hoverlock_reference::motion::estimator::{Estimator, Workspace};
 use hoverlock_reference::motion::mark::{Part, mark};
-use hoverlock_reference::motion::model::{Pair, transfer};
+use hoverlock_reference::motion::model::{Model, Pair, transfer};
 use hoverlock_reference::motion::observation::Observation;
 use hoverlock_reference::motion::orthophoto::{Attitude, Camera, View};
 use hoverlock_reference::motion::sensor_pattern;
@@ -82,6 +82,8 @@ const MIN_INLIERS: usize = MIN_FEATURES;
 const RESERVED_SIGHTINGS: usize = 256;
 /// Patches of a search whose refinement and fit it must leave work for.
 const RESERVED_PATCHES: usize = 64;
+/// Distance from the map of all matches up to which they count in that by which patches are looked for, px.
+const MAX_MAPPED_PX: f64 = 1.5;
 /// Steps of a prediction at most: with more samples between two frames, neighbours are merged. 0.6 s at 200 a second.
 pub const MAX_STEPS: usize = 128;
 /// Work units of a step.
@@ -92,6 +94,8 @@ pub const SAMPLE_WORK: usize = 130;
 pub const KEYFRAMES_WORK: usize = 35_000;
 /// Work units of a landmark after a fit: its history.
 pub const LEARNED_WORK: usize = 28;
+/// Work units of a pair in the map by which patches are looked for.
+pub const MAPPED_WORK: usize = 80;
 /// Work units of a pair that the search has found: its sighting, and the check for the pattern of the sensor.
 pub const ACQUIRED_WORK: usize = 80;
 
@@ -491,7 +495,8 @@ impl Tracker {
         if !budget.spend(LEARNED_WORK * keyframe.features.len()) {
             return Err(Reason::Work);
         }
-        let (step, max_cells) = filter.thinning(sightings.len(), budget.left());
+        let by_patches = filter.fits_patches(sightings);
+        let (step, max_cells) = filter.thinning(sightings.len(), budget.left(), by_patches);
         let mut index = 0;
         sightings.retain(|_| {
             index += 1;
@@ -527,10 +532,10 @@ impl Tracker {
         let pairs = ACQUIRED_WORK * keyframe.features.len().min(present.features.len());
         let learning = LEARNED_WORK * keyframe.features.len();
         let pixels = present.pixels.filter(|_| filter.is_free() && filter.is_calibrated());
-        let cells = filter.expected_cells();
+        let of_patches = |count: usize| REFINED_WORK * count + filter.work(count, count, true);
         let fit = match pixels {
-            Some(_) => REFINED_WORK * RESERVED_PATCHES + filter.work(RESERVED_PATCHES, cells, true),
-            None => filter.work(RESERVED_SIGHTINGS, cells, false),
+            Some(_) => of_patches(RESERVED_PATCHES),
+            None => filter.work(RESERVED_SIGHTINGS, filter.expected_cells(), false),
         };
         let mut search = budget.split(pairs + learning + fit);
         let (workspace, known) = (&mut self.workspace, &keyframe.features);
@@ -548,28 +553,32 @@ impl Tracker {
         let current = View::new(present.camera, readings.attitude, readings.range)?;
         let observation = |view| Observation { view, errors: readings.sensors.into() };
         sensor_pattern::check(&self.inliers, &observation(views[0]), &observation(current))?;
-        let sightings = &mut self.memory.sightings;
         self.memory.predicted.clear();
         self.memory.tried = keyframe.features.len();
-        sightings.clear();
+        self.memory.sightings.clear();
         // Patches alone: the errors of features persist.
         if let Some(pixels) = pixels {
+            // The map of the search is near enough for its matches only.
+            budget.spend(MAPPED_WORK * self.inliers.len());
+            let homography = mapped(&mut self.inliers).unwrap_or(motion.homography);
             let left = budget.left().saturating_sub(learning as u64);
-            let is_paid = |count: &usize| (REFINED_WORK * count + filter.work(*count, *count, true)) as u64 <= left;
-            let most = (MIN_REFINED..=MAX_REFINED).rev().find(is_paid).unwrap_or(0);
+            let is_paid = |count: &usize| of_patches(*count) as u64 <= left;
+            let most = (MIN_REFINED..=MAX_PATCHES).rev().find(is_paid).unwrap_or(0);
             mark(Part::Refinement);
-            budget.spend(REFINED_WORK * keyframe.refine_consensus(motion, pixels, most, sightings));
+            budget.spend(REFINED_WORK * keyframe.refine_all(motion, &homography, pixels, most, &mut self.memory));
             mark(Part::Pose);
         }
+        let MatchMemory { sightings, tried, .. } = &mut self.memory;
         if sightings.len() < MIN_REFINED {
             sightings.clear();
-            let (step, _) = filter.thinning(motion.inliers.len(), budget.left().saturating_sub(learning as u64));
-            self.memory.tried = self.memory.tried.div_ceil(step);
+            let left = budget.left().saturating_sub(learning as u64);
+            let (step, _) = filter.thinning(motion.inliers.len(), left, false);
+            *tried = tried.div_ceil(step);
             let found = motion.inliers.iter().step_by(step);
             sightings.extend(found.map(|&i| keyframe.sighting(motion.matches[i].reference, motion.pairs[i].current)));
         } else {
-            // As many of them as of those whose landmark has a patch.
-            self.memory.tried = (self.memory.tried * sightings.len()).div_ceil(motion.inliers.len());
+            // The share of the consensus, less the patches that disagree.
+            *tried = (*tried * sightings.len()).div_ceil(motion.inliers.len());
         }
         let min_inliers = MIN_INLIERS.max(sightings.len() / 3);
         self.fit(k, present, min_inliers, budget)
@@ -703,7 +712,8 @@ impl Tracker {
         if let Some(pixels) = present.pixels {
             mark(Part::Refinement);
             // Templates that the rest does not pay for are not cut.
-            budget.optional(|rest| keyframe.cut_templates(pixels, &mut self.memory.strongest, rest));
+            let are_alone = self.filter.is_free() && self.filter.is_calibrated();
+            budget.optional(|rest| keyframe.cut_templates(pixels, are_alone, &mut self.memory.strongest, rest));
         }
         self.filter.fit_grid(picture_width(&present.camera, -self.filter.pose.position.z));
         self.filter.clone_pose(slot);
@@ -715,6 +725,15 @@ impl Tracker {
 /// `displacement` (m) over level ground.
 fn ground_homography(reference: &View, current: &View, displacement: Vector2<f64>) -> Matrix3<f64> {
     current.from_ground() * Matrix3::new_translation(&-displacement) * reference.to_ground()
+}
+
+/// Returns the homography that fits pairs best, of which those stay that are near it; `None` if they do not determine
+/// one.
+fn mapped(pairs: &mut Vec<Pair>) -> Option<Matrix3<f64>> {
+    let first = Model::Homography.fit(pairs).ok()?;
+    let error = |pair: &Pair| transfer(&first, pair.reference).map_or(f64::INFINITY, |at| (pair.current - at).norm());
+    pairs.retain(|pair| error(pair) <= MAX_MAPPED_PX);
+    Model::Homography.fit(pairs).ok()
 }
 
 /// Returns the ground that a picture spans across its columns from a height (m), m.

@@ -8,12 +8,19 @@ pub(super) fn transposed(rows: &[StateRow]) -> [[f64; PAIR]; STATES] {
     std::array::from_fn(|state| std::array::from_fn(|i| rows[i][state]))
 }
 
-/// Subtracts `product^T columns`, which is symmetric, from the covariance of the first `active` states. Four columns at
-/// a time have independent sums, which keep the pipeline of the processor filled.
-pub(super) fn subtract_products(covariance: &mut [f64], product: &[StateRow], columns: &[StateRow], active: usize) {
+/// Subtracts `product^T columns`, which is symmetric, from the covariance of the first `changed` states with the first
+/// `active` ones. Four columns at a time have independent sums, which keep the pipeline of the processor filled.
+pub(super) fn subtract_products(
+    covariance: &mut [f64],
+    product: &[StateRow],
+    columns: &[StateRow],
+    changed: usize,
+    active: usize,
+) {
     const AT_ONCE: usize = 4;
-    for row in 0..active {
-        for first in (0..=row).step_by(AT_ONCE) {
+    for row in 0..changed {
+        let columns_of = |(begin, end): (usize, usize)| (begin..end).step_by(AT_ONCE).map(move |first| (first, end));
+        for (first, end) in [(0, row + 1), (changed, active)].into_iter().flat_map(columns_of) {
             let mut less = [-0.0; AT_ONCE];
             for (product, column) in product.iter().zip(columns) {
                 let factor = product[row];
@@ -22,7 +29,7 @@ pub(super) fn subtract_products(covariance: &mut [f64], product: &[StateRow], co
                 let column = column[first..].first_chunk::<AT_ONCE>().copied().unwrap_or_else(tail);
                 less.iter_mut().zip(column).for_each(|(less, value)| *less += factor * value);
             }
-            for (column, less) in (first..=row).zip(less) {
+            for (column, less) in (first..end).zip(less) {
                 let value = covariance[row * STATES + column] - less;
                 covariance[row * STATES + column] = value;
                 covariance[column * STATES + row] = value;

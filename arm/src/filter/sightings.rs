@@ -22,12 +22,15 @@ const FREE_INFORMATION_SHARE: f64 = 1.0 / 4.0;
 const ITERATIONS: [usize; 2] = [4, 8];
 /// Iterations of a fit to patches alone: over even ground, and over a rough one if that fails.
 const PATCH_ITERATIONS: [usize; 2] = [6, 5];
+/// Iterations at the beginning in which all residuals count alike, and of a fit to patches alone: where these start
+/// from, they are off by more than the loss lets count.
+const LOSSLESS_ITERATIONS: [usize; 2] = [1, 2];
 /// Least share of the patches that agree over even ground.
-const MIN_EVEN_SHARE: f64 = 0.6;
+const MIN_EVEN_SHARE: f64 = 0.4;
 /// Largest chi squared of a patch in their mean: what is further off is on another thing, however far.
 const MAX_EXCESS_CHI2: f64 = 200.0;
-/// Sightings at most in an iteration, evenly chosen; the update itself has all.
-const ITERATED_SIGHTINGS: usize = 128;
+/// Sightings at most in an iteration, evenly chosen, and patches alone; the update itself has all.
+const ITERATED: [usize; 2] = [128, 64];
 /// Work units of a sighting in an iteration: its projection with all derivatives, and its part of the information.
 pub const SIGHTING_WORK: usize = 360;
 /// Work units of the system of an iteration, and of its solution.
@@ -190,11 +193,6 @@ impl Scratch {
 }
 
 impl Filter {
-    /// Returns the iterations of a fit, at most.
-    fn iterations(&self, by_patches: bool) -> usize {
-        if by_patches { PATCH_ITERATIONS.iter().sum() } else { ITERATIONS[usize::from(self.is_free)] }
-    }
-
     /// Returns the cells that sightings are expected to touch: as many as those of the last update, and some more.
     pub fn expected_cells(&self) -> usize {
         (self.scratch.last_cells + MORE_CELLS).min(MAX_TOUCHED_CELLS)
@@ -203,37 +201,50 @@ impl Filter {
     /// Returns the work units of [`Filter::update_sightings`] with a number of sightings, or of patches alone, that may
     /// touch a number of cells.
     pub fn work(&self, sightings: usize, cells: usize, by_patches: bool) -> usize {
-        let cells = sightings.min(cells);
-        // The residuals of patches are looked at over even and over rough ground.
-        let looks = if by_patches { 2 } else { 1 };
-        self.iterations(by_patches) * (system_work(cells) + SIGHTING_WORK * sightings.min(ITERATED_SIGHTINGS))
-            + looks * SIGHTING_WORK * sightings
-            + self.application_work(cells)
+        let cells = sightings.min(cells).min(MAX_TOUCHED_CELLS);
+        let iterated = SIGHTING_WORK * sightings.min(ITERATED[usize::from(by_patches)]);
+        let iterations =
+            |count: usize, cells: usize| count * (system_work(cells) + iterated) + SIGHTING_WORK * sightings;
+        let fit = if by_patches {
+            let [even, rough] = PATCH_ITERATIONS;
+            iterations(even, 0) + iterations(rough, cells)
+        } else {
+            iterations(ITERATIONS[usize::from(self.is_free)], cells)
+        };
+        fit + self.application_work(cells, self.changed(by_patches))
     }
 
-    /// Returns the work units of the update of all states with a number of touched cells.
-    fn application_work(&self, cells: usize) -> usize {
+    /// Returns the work units of the update of the first `changed` states with a number of touched cells.
+    fn application_work(&self, cells: usize, changed: usize) -> usize {
         let (active, correlated) = (self.active(), (self.grid.correlated() + cells).min(CELLS));
         system_work(cells)
-            + active * (SOLUTION_STATE_WORK + CELL_STATE_WORK * cells + CORRELATED_STATE_WORK * correlated)
-            + active * active * (PAIR + cells) / PRODUCTS_PER_UNIT
+            + changed * (SOLUTION_STATE_WORK + CELL_STATE_WORK * cells + CORRELATED_STATE_WORK * correlated)
+            + active * changed * (PAIR + cells) / PRODUCTS_PER_UNIT
+    }
+
+    /// Returns the number of the first states that an update changes. A fit to patches alone has no memory.
+    fn changed(&self, by_patches: bool) -> usize {
+        if by_patches { GYRO_BIAS } else { self.active() }
+    }
+
+    /// Returns `true` if a fit to sightings is one to patches alone.
+    pub fn fits_patches(&self, sightings: &[Sighting]) -> bool {
+        self.is_free && self.is_calibrated() && sightings.iter().all(|sighting| sighting.is_refined)
     }
 
     /// Returns the largest number of sightings whose update takes at most `units`; 0 if there is none.
     fn affordable_sightings(&self, units: u64, cells: usize) -> usize {
-        let iterated = self.work(ITERATED_SIGHTINGS, cells, false) as u64;
-        match units.checked_sub(iterated) {
-            Some(rest) => ITERATED_SIGHTINGS + (rest / SIGHTING_WORK as u64).min(usize::MAX as u64 / 2) as usize,
-            None => {
-                (1..ITERATED_SIGHTINGS).rev().find(|count| self.work(*count, cells, false) as u64 <= units).unwrap_or(0)
-            }
+        let most = ITERATED[0];
+        match units.checked_sub(self.work(most, cells, false) as u64) {
+            Some(rest) => most + (rest / SIGHTING_WORK as u64).min(usize::MAX as u64 / 2) as usize,
+            None => (1..most).rev().find(|count| self.work(*count, cells, false) as u64 <= units).unwrap_or(0),
         }
     }
 
     /// Returns `n` if every `n`-th of `count` sightings can be fitted with some work units, and the cells that they may
-    /// touch then.
-    pub fn thinning(&self, count: usize, units: u64) -> (usize, usize) {
-        if self.affordable_sightings(units, MAX_TOUCHED_CELLS) >= count {
+    /// touch then. Patches alone are as many as were paid for.
+    pub fn thinning(&self, count: usize, units: u64, by_patches: bool) -> (usize, usize) {
+        if by_patches || self.affordable_sightings(units, MAX_TOUCHED_CELLS) >= count {
             return (1, MAX_TOUCHED_CELLS);
         }
         let cells = self.expected_cells();
@@ -254,23 +265,27 @@ impl Filter {
         budget: &mut Budget,
     ) -> Option<Fitted> {
         self.scratch.max_cells = max_cells;
-        let are_patches = sightings.iter().all(|sighting| sighting.is_refined);
-        self.by_patches = self.is_free && self.is_calibrated() && are_patches;
-        self.excess = 1.0;
+        self.by_patches = self.fits_patches(sightings);
+        (self.excess, self.is_rough) = (1.0, false);
         let (change, inliers) = if self.by_patches {
             self.fit_patches(k, cameras, sightings, budget)?
         } else {
-            self.fit(k, cameras, sightings, self.iterations(false), false, budget)?
+            self.fit(k, cameras, sightings, ITERATIONS[usize::from(self.is_free)], false, budget)?
         };
         let innovation = self.innovation(k, &change)?;
         let is_applied = innovation <= MAX_INNOVATION_CHI2 && inliers >= min_inliers;
         if is_applied {
             let before = self.relative_covariance(k);
             self.scratch.last_cells = self.scratch.cells.len();
-            spend(budget, self.application_work(self.scratch.last_cells))?;
+            spend(budget, self.application_work(self.scratch.last_cells, self.changed(self.by_patches)))?;
             self.apply(&pair_states(k))?;
             self.monitor(k, &change, &before);
-            self.watch_blocks(cameras[1], sightings);
+            if self.is_rough {
+                // The relief is that of the residuals, and with it what they have in common.
+                self.common = 0.0;
+            } else {
+                self.watch_blocks(cameras[1], sightings);
+            }
         }
         Some(Fitted { innovation, inliers, is_applied })
     }
@@ -285,10 +300,12 @@ impl Filter {
         budget: &mut Budget,
     ) -> Option<([f64; PAIR], usize)> {
         let [even, rough] = PATCH_ITERATIONS;
+        let max_cells = std::mem::take(&mut self.scratch.max_cells);
         self.set_relief(0.0);
         let mut found = self.fit(k, cameras, sightings, even, false, budget)?;
         let count = sightings.len() as f64;
         if (found.1 as f64) < MIN_EVEN_SHARE * count {
+            (self.scratch.max_cells, self.is_rough) = (max_cells, true);
             self.set_relief(f64::INFINITY);
             found = self.fit(k, cameras, sightings, rough, true, budget)?;
         }
@@ -313,8 +330,9 @@ impl Filter {
         let mut change = [0.0; PAIR];
         let states = pair_states(k);
         for iteration in 0..iterations {
-            let chosen = sightings.len().div_ceil(ITERATED_SIGHTINGS).max(1);
-            let loss_scale = (iteration > 0).then(|| self.loss_scale(iterations - iteration));
+            let chosen = sightings.len().div_ceil(ITERATED[usize::from(self.by_patches)]).max(1);
+            let has_loss = iteration >= LOSSLESS_ITERATIONS[usize::from(self.by_patches)];
+            let loss_scale = has_loss.then(|| self.loss_scale(iterations - iteration));
             spend(budget, SIGHTING_WORK * sightings.len().div_ceil(chosen))?;
             self.linearise(&prior.moved(&change), cameras, sightings, chosen, &change, loss_scale)?;
             spend(budget, system_work(self.scratch.cells.len()))?;
@@ -440,10 +458,11 @@ impl Filter {
             };
             let loss = loss_scale.map_or(1.0, |scale| scale / (scale + chi2));
             let weight = inverse * (share * loss * loss);
-            let cell = self.cell(&seen.point);
+            let has_cell = self.scratch.max_cells > 0;
+            let cell = if has_cell { self.cell(&seen.point) } else { 0 };
             let Scratch { cells, max_cells, place, poses, coupling, heights, pose_vector, height_vector, .. } =
                 &mut self.scratch;
-            if place[cell] == usize::MAX {
+            if has_cell && place[cell] == usize::MAX {
                 if cells.len() >= *max_cells {
                     continue;
                 }
@@ -454,19 +473,23 @@ impl Filter {
                 height_vector.push(0.0);
             }
             any = true;
-            let height = place[cell];
             let by = seen.by_pair();
             let target = residual + by * SMatrix::<f64, PAIR, 1>::from_column_slice(change);
             let weighted_by = weight * by;
             let (weighted_g, weighted_target) = (weight * g, weight * target);
             batch.push(&by, &weighted_by, poses);
-            let sums = coupling[height].iter_mut().zip(pose_vector);
-            for ((coupling, pose), [x, y]) in sums.zip(by.data.0) {
-                *coupling += x * weighted_g.x + y * weighted_g.y;
+            for (pose, [x, y]) in pose_vector.iter_mut().zip(&by.data.0) {
                 *pose += x * weighted_target.x + y * weighted_target.y;
             }
-            heights[height] += g.dot(&weighted_g);
-            height_vector[height] += g.dot(&weighted_target);
+            // Level ground has no cells.
+            let height = place[cell];
+            if has_cell {
+                for (coupling, [x, y]) in coupling[height].iter_mut().zip(&by.data.0) {
+                    *coupling += x * weighted_g.x + y * weighted_g.y;
+                }
+                heights[height] += g.dot(&weighted_g);
+                height_vector[height] += g.dot(&weighted_target);
+            }
         }
         batch.finish(&mut self.scratch.poses);
         any.then_some(())
@@ -536,11 +559,9 @@ impl Filter {
 
     /// Applies the update of the last linearisation to all states and their covariance.
     pub(super) fn apply(&mut self, states: &[usize; PAIR]) -> Option<()> {
+        let (active, changed) = (self.active(), self.changed(self.by_patches));
         self.fill_system(states);
-        self.solve_gain(states)?;
-        let active = self.active();
-        // A fit to patches alone has no memory.
-        let changed = if self.by_patches { GYRO_BIAS } else { active };
+        self.solve_gain(states, changed)?;
         let Self { covariance, cross, scratch, .. } = self;
         let Scratch { cells, place, gain, height_gain, columns, product, pose_vector, height_vector, .. } = scratch;
         let mut by = [0.0; STATES];
@@ -552,10 +573,9 @@ impl Filter {
         by[SLOPE..CORE].iter_mut().for_each(|value| *value *= 1.0 - KEPT_SLOPE);
         let size = PAIR + cells.len();
         by[changed..].fill(0.0);
-        columns[..size].iter_mut().for_each(|row| row[changed..].fill(0.0));
         let slopes = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(row, column)| (SLOPE + row) * STATES + SLOPE + column);
         let before = slopes.map(|at| covariance[at]);
-        subtract_products(covariance, &product[..size], &columns[..size], active);
+        subtract_products(covariance, &product[..size], &columns[..size], changed, active);
         for (at, before) in slopes.into_iter().zip(before) {
             covariance[at] += KEPT_SLOPE * KEPT_SLOPE * (before - covariance[at]);
         }
@@ -584,9 +604,10 @@ impl Filter {
         Some(())
     }
 
-    /// Fills `columns`, `gain`, `height_gain` and `product` for all states; destroys `system`.
-    fn solve_gain(&mut self, states: &[usize; PAIR]) -> Option<()> {
-        let (variance, active) = (self.height_variance(), self.active());
+    /// Fills `columns` for all states, and `gain`, `height_gain` and `product` for the first `changed`; destroys
+    /// `system`.
+    fn solve_gain(&mut self, states: &[usize; PAIR], changed: usize) -> Option<()> {
+        let variance = self.height_variance();
         let Self { covariance, cross, scratch, .. } = self;
         let Scratch { cells, coupling, heights, correlation, system, gain, height_gain, columns, product, .. } =
             scratch;
@@ -599,7 +620,7 @@ impl Filter {
             row.iter_mut().enumerate().for_each(|(state, value)| *value = cross[state * CELLS + cell]);
         }
         let add = |to: &mut StateRow, factor: f64, from: &StateRow| {
-            to[..active].iter_mut().zip(from).for_each(|(value, other)| *value += factor * other);
+            to[..changed].iter_mut().zip(from).for_each(|(value, other)| *value += factor * other);
         };
         let (above, below) = gain.as_chunks_mut::<STATES>().0.split_at_mut(PAIR);
         above.fill([0.0; STATES]);
@@ -611,7 +632,7 @@ impl Filter {
                 add(&mut below[i], -inverse * heights[place] * correlation[place][i], p);
             }
         }
-        solve(system, gain, SYSTEM, STATES, active)?;
+        solve(system, gain, SYSTEM, STATES, changed)?;
         let (above, below) = gain.as_chunks::<STATES>().0.split_at(PAIR);
         let (of_poses, of_heights) = product.split_at_mut(PAIR);
         for (row, solved) in of_poses.iter_mut().zip(above) {
