@@ -35,11 +35,13 @@ def flights(table: Path = TABLE) -> list[dict]:
 
 
 def summaries(rows: list[dict]) -> dict[str, dict]:
-    """Returns for each scene, height and kind of features the number of flights, how many passed, and their rms from the target, cm."""
+    """Returns the number of flights, how many passed, and their rms from the target (cm), for each scene, height, kind of features and
+    view, which a key names if it is not the wide one."""
     groups = defaultdict(list)
     for row in rows:
         scene, height = row["scene"].replace("-", "_"), float(row["height_m"])
-        groups[f"hold.{scene}.{height:.0f}m.{row['features']}"].append(row)
+        view = row.get("view", "wide")
+        groups[f"hold.{scene}.{height:.0f}m.{row['features']}" + ("" if view == "wide" else f".{view}")].append(row)
     found = {}
     for key, group in groups.items():
         rms = [100 * float(row["rms_m"]) for row in group]

@@ -1,4 +1,4 @@
-//! `hoverlock sweep`: a campaign of hovers, seeds x scenes x gusts x heights x designs.
+//! `hoverlock sweep`: a campaign of hovers, seeds x scenes x heights x views x gusts x designs.
 
 use std::path::{Path, PathBuf};
 
@@ -9,12 +9,12 @@ use hoverlock_cosim::{BoxError, CampaignOutcome};
 use hoverlock_reports::output::PAGE;
 
 use crate::Verdict;
-use crate::choice::{Features, between};
+use crate::choice::{Features, View, between};
 use crate::output::{Folder, command, print, print_json, say, shown, verdict, write_file};
 use crate::progress::{LogLines, Reporter, bar};
 use crate::random_sweep;
 
-/// Fly a campaign over seeds, scenes, gusts, heights and word lengths, or over flights that are drawn at random.
+/// Fly a campaign over seeds, scenes, heights, views, gusts and word lengths, or over flights that are drawn at random.
 ///
 /// Writes results.csv, one row a point, and index.html: the distance from the target against word lengths, and which
 /// designs no other beats in both error and memory. A stopped campaign is continued. Status 0 only if every
@@ -45,6 +45,9 @@ pub struct Args {
     /// Heights over the mean ground, m
     #[arg(long, value_name = "M", value_delimiter = ',', default_value = "50", value_parser = between(20.0, 300.0))]
     height: Vec<f64>,
+    /// Fields of view of the camera
+    #[arg(long, value_name = "VIEW", value_enum, value_delimiter = ',', default_value = "wide")]
+    view: Vec<View>,
     /// Further designs beside kt27, which must pass too: their names or design files
     #[arg(long, value_name = "NAME|FILE", value_delimiter = ',')]
     design: Vec<String>,
@@ -53,7 +56,7 @@ pub struct Args {
     config: Vec<String>,
     /// Fly this number of random flights
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000),
-          conflicts_with_all = ["scene", "seeds", "gusts", "height", "design", "config", "dask"])]
+          conflicts_with_all = ["scene", "seeds", "gusts", "height", "view", "design", "config", "dask"])]
     random: Option<u32>,
     /// Seed of the random flights
     #[arg(long, value_name = "S", default_value = "1", requires = "random")]
@@ -104,6 +107,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
         seeds: args.seeds,
         gusts_m_s: args.gusts.clone(),
         heights_m: args.height.clone(),
+        views: args.view.iter().map(|view| (*view).into()).collect(),
         designs: args.design.clone(),
         variants: args.config.clone(),
         seconds: args.seconds.unwrap_or(SECONDS),

@@ -44,7 +44,8 @@ fn a_step_of_the_bias_does_not_mislead() {
     // 150 if the inconsistency does not raise the covariance (decision 059).
     let nees = outcome.nees().unwrap();
     assert!(nees < 12.0, "{nees}");
-    assert!(error < 0.2 && uncovered > 0, "{error} m, {uncovered} frames beyond the smallest level");
+    // 0.20, and 0.19 without the delay of the exposure as a state (decision 061).
+    assert!(error < 0.25 && uncovered > 0, "{error} m, {uncovered} frames beyond the smallest level");
 }
 
 /// What is seen after the black picture has the scale of no keyframe, so a frame must become one without any.

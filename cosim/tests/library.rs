@@ -1,7 +1,7 @@
 //! Hovers and campaigns through the library, as another program uses it.
 
-use hoverlock_cosim::campaign::{Campaign, CampaignSettings, fly_row};
-use hoverlock_cosim::hover::{Event, HoverError, Scenario};
+use hoverlock_cosim::campaign::{Campaign, CampaignSettings, Point, fly_row};
+use hoverlock_cosim::hover::{CameraView, Event, HoverError, Scenario};
 use hoverlock_cosim::{BoxError, FeatureSource, FrameProgress, HoverSettings, Monitor, fly_point, hover};
 use serde_json::Value;
 
@@ -83,16 +83,19 @@ fn a_point_and_its_row_are_the_same_flight() {
         seeds: 1,
         gusts_m_s: vec![3.0],
         heights_m: vec![50.0],
+        views: vec![CameraView::Narrow],
         designs: Vec::new(),
         variants: Vec::new(),
-        seconds: 1.0,
+        seconds: 3.0,
         features: FeatureSource::Fixed,
     };
     let [point] = &Campaign::new(&settings).unwrap().points[..] else { panic!() };
     let flown = fly_point(point, &()).unwrap();
-    let row = format!("{},50,3,1,fixed,kt27,{},1\n", point.scene, point.inputs);
+    let row = format!("{},50,narrow,3,3,fixed,kt27,{},1\n", point.scene, point.inputs);
     let result = fly_row(&row, &()).unwrap();
-    let rms: f64 = result.split(',').nth(10).unwrap().parse().unwrap();
+    let rms: f64 = result.split(',').nth(11).unwrap().parse().unwrap();
     assert_eq!((rms, flown.point()), (flown.rms_m, point.clone()), "{result}");
+    let wide = fly_point(&Point { view: CameraView::Wide, ..point.clone() }, &()).unwrap();
+    assert_ne!((wide.rms_m, wide.point().key()), (rms, point.key()));
     assert!(fly_row("moon\n", &()).is_err() && fly_row("", &()).is_err());
 }

@@ -1,4 +1,4 @@
-//! A campaign of hovers: seeds x scenes x gusts x heights x designs.
+//! A campaign of hovers: seeds x scenes x heights x views x gusts x designs.
 //!
 //! A point is one hover. The points are flown by the threads of this process, or by the workers of a Dask cluster.
 //! Either way a point is the same hover with the same seed, so its numbers are equal to the last bit; they travel as
@@ -27,7 +27,7 @@ pub use point::{FlownPoint, Point, fly_point, fly_row};
 pub use statistics::DesignStatistics;
 
 use crate::chain::FeatureSource;
-use crate::hover::load_scene;
+use crate::hover::{CameraView, load_scene};
 use crate::monitor::{BoxError, Monitor};
 
 /// Name of the default design, which is part of every campaign.
@@ -44,6 +44,8 @@ pub struct CampaignSettings {
     pub gusts_m_s: Vec<f64>,
     /// Heights over the mean ground, m.
     pub heights_m: Vec<f64>,
+    /// Fields of view of the camera.
+    pub views: Vec<CameraView>,
     /// Designs beside [`DEFAULT_DESIGN`] whose points must pass too: names or design files.
     pub designs: Vec<String>,
     /// Designs that are flown for comparison only: names, design files, or changes of the default like `dog_bits=12`.
@@ -132,19 +134,22 @@ impl Campaign {
         for scene_name in &settings.scenes {
             let scene = load_scene(scene_name)?;
             for &height_m in &settings.heights_m {
-                for &gusts_m_s in &settings.gusts_m_s {
-                    for (name, design) in &designs {
-                        let inputs = point::hash_of_inputs(&scene, design);
-                        points.extend((1..=settings.seeds).map(|seed| Point {
-                            scene: scene_name.clone(),
-                            height_m,
-                            gusts_m_s,
-                            seconds: settings.seconds,
-                            features: settings.features,
-                            design: (*name).clone(),
-                            inputs: inputs.clone(),
-                            seed,
-                        }));
+                for &view in &settings.views {
+                    for &gusts_m_s in &settings.gusts_m_s {
+                        for (name, design) in &designs {
+                            let inputs = point::hash_of_inputs(&scene, design);
+                            points.extend((1..=settings.seeds).map(|seed| Point {
+                                scene: scene_name.clone(),
+                                height_m,
+                                view,
+                                gusts_m_s,
+                                seconds: settings.seconds,
+                                features: settings.features,
+                                design: (*name).clone(),
+                                inputs: inputs.clone(),
+                                seed,
+                            }));
+                        }
                     }
                 }
             }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{CampaignError, table};
 use crate::chain::FeatureSource;
-use crate::hover::{HoverSettings, hover, load_scene};
+use crate::hover::{CameraView, HoverSettings, hover, load_scene};
 use crate::monitor::Monitor;
 
 /// A hover to be flown. The fields are the first columns of the table.
@@ -18,6 +18,8 @@ pub struct Point {
     pub scene: String,
     /// Height over the mean ground, m.
     pub height_m: f64,
+    /// The field of view of the camera.
+    pub view: CameraView,
     /// Rms of each horizontal component of the gusts, m/s.
     pub gusts_m_s: f64,
     /// Duration of the hover, s.
@@ -39,6 +41,8 @@ pub struct FlownPoint {
     pub scene: String,
     /// See [`Point::height_m`].
     pub height_m: f64,
+    /// See [`Point::view`].
+    pub view: CameraView,
     /// See [`Point::gusts_m_s`].
     pub gusts_m_s: f64,
     /// See [`Point::seconds`].
@@ -76,8 +80,8 @@ pub struct FlownPoint {
 impl Point {
     /// Returns a text that is different for different points.
     pub fn key(&self) -> String {
-        let Self { scene, height_m, gusts_m_s, seconds, features, design, inputs, seed } = self;
-        format!("{scene}|{height_m}|{gusts_m_s}|{seconds}|{features}|{design}|{inputs}|{seed}")
+        let Self { scene, height_m, view, gusts_m_s, seconds, features, design, inputs, seed } = self;
+        format!("{scene}|{height_m}|{view}|{gusts_m_s}|{seconds}|{features}|{design}|{inputs}|{seed}")
     }
 }
 
@@ -87,6 +91,7 @@ impl FlownPoint {
         Point {
             scene: self.scene.clone(),
             height_m: self.height_m,
+            view: self.view,
             gusts_m_s: self.gusts_m_s,
             seconds: self.seconds,
             features: self.features,
@@ -121,6 +126,7 @@ pub fn fly_point(point: &Point, monitor: &dyn Monitor) -> Result<FlownPoint, Cam
         seconds: point.seconds,
         seed: point.seed,
         height_m: point.height_m,
+        view: point.view,
         gusts_m_s: point.gusts_m_s,
         ..HoverSettings::default()
     };
@@ -128,6 +134,7 @@ pub fn fly_point(point: &Point, monitor: &dyn Monitor) -> Result<FlownPoint, Cam
     Ok(FlownPoint {
         scene: point.scene.clone(),
         height_m: point.height_m,
+        view: point.view,
         gusts_m_s: point.gusts_m_s,
         seconds: point.seconds,
         features: point.features,

@@ -80,12 +80,14 @@ pub(crate) mod tests {
     use super::*;
     use crate::campaign::CampaignOutcome;
     use crate::chain::FeatureSource;
+    use crate::hover::CameraView;
 
     /// Returns a point with an error of `error` metres.
     pub(crate) fn flown(design: &str, seed: u64, m10k: u64, error: f64, pass: bool) -> FlownPoint {
         FlownPoint {
             scene: "field".into(),
             height_m: 50.0,
+            view: CameraView::Wide,
             gusts_m_s: 3.0,
             seconds: 10.0,
             features: FeatureSource::Fixed,

@@ -7,6 +7,7 @@ mod scenario;
 mod summary;
 mod table;
 
+use std::fmt::{self, Display, Formatter};
 use std::path::{Path, PathBuf};
 
 use hoverlock_arm::arinc429::WordError;
@@ -80,7 +81,7 @@ impl Default for HoverSettings {
 }
 
 /// The field of view of the camera during a hover.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CameraView {
     /// A field of view of 50 degrees.
@@ -88,6 +89,15 @@ pub enum CameraView {
     Wide,
     /// A field of view of 50 degrees to acquire the reference, and 10 degrees after 2 s.
     Narrow,
+}
+
+impl Display for CameraView {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Wide => "wide",
+            Self::Narrow => "narrow",
+        })
+    }
 }
 
 /// Why a scene could not be loaded.

@@ -8,6 +8,7 @@ use hoverlock_reports::plot::{Axis, BLUE, Chart, GREEN, GREY, Mark, ORANGE, Plot
 use hoverlock_reports::provenance::COMMIT;
 
 use crate::campaign::{CampaignOutcome, DEFAULT_DESIGN, DesignStatistics, FlownPoint};
+use crate::hover::CameraView;
 
 const TEMPLATE: &str = include_str!("../../templates/campaign.html");
 
@@ -16,6 +17,7 @@ const TEMPLATE: &str = include_str!("../../templates/campaign.html");
 struct Condition<'a> {
     scene: &'a str,
     height_m: f64,
+    view: CameraView,
     gusts_m_s: f64,
     points: usize,
     passed: usize,
@@ -59,12 +61,13 @@ fn html(outcome: &CampaignOutcome, command: &str) -> Result<String, PageError> {
     })?)
 }
 
-/// Returns one row for each scene, height and gusts at the default design.
+/// Returns one row for each scene, height, view and gusts at the default design.
 fn conditions<'a>(kt27: &[&'a FlownPoint]) -> Vec<Condition<'a>> {
     let mut conditions: Vec<Condition<'a>> = Vec::new();
     for point in kt27 {
         let same = |c: &&mut Condition<'_>| {
-            c.scene == point.scene && c.height_m == point.height_m && c.gusts_m_s == point.gusts_m_s
+            let views = c.height_m == point.height_m && c.view == point.view;
+            c.scene == point.scene && views && c.gusts_m_s == point.gusts_m_s
         };
         let condition = match conditions.iter_mut().find(same) {
             Some(known) => known,
@@ -72,6 +75,7 @@ fn conditions<'a>(kt27: &[&'a FlownPoint]) -> Vec<Condition<'a>> {
                 conditions.push(Condition {
                     scene: &point.scene,
                     height_m: point.height_m,
+                    view: point.view,
                     gusts_m_s: point.gusts_m_s,
                     points: 0,
                     passed: 0,
