@@ -760,18 +760,17 @@ mod tests {
     use hoverlock_reference::features::feature::Descriptor;
     use hoverlock_reference::motion::observation::SensorErrors;
 
-    /// The error of a keyframe's pose stays after what caused it has passed.
-    #[test]
-    fn a_keyframe_remembers_the_inconsistency_it_was_made_with() {
-        let telemetry = Telemetry {
-            frame: 0,
-            time_us: 0,
-            attitude: Attitude::default(),
-            range: 50.0,
-            field_of_view: 0.87,
-            sensors: SensorErrors { tilt: 0.0035, heading: 0.01, range: 0.1 },
-        };
-        let camera = Camera::with_field_of_view(1024, 768, 0.87).unwrap();
+    const SENSORS: SensorErrors = SensorErrors { tilt: 0.0035, heading: 0.01, range: 0.1 };
+    const READINGS: Telemetry = Telemetry {
+        frame: 0,
+        time_us: 0,
+        attitude: Attitude { roll: 0.0, pitch: 0.0, yaw: 0.0 },
+        range: 50.0,
+        field_of_view: 0.87,
+        sensors: SENSORS,
+    };
+
+    fn features() -> Vec<Feature> {
         let feature = Feature {
             x: 0,
             y: 0,
@@ -781,8 +780,33 @@ mod tests {
             neighbours: [0.0; 4],
             descriptor: Descriptor::of_two([0, 0], [0, 0]),
         };
-        let features = vec![feature; MIN_FEATURES];
-        let present = Seen { frame: Some(0), telemetry: &telemetry, camera, features: &features, pixels: None };
+        vec![feature; MIN_FEATURES]
+    }
+
+    fn seen(features: &[Feature], field_of_view: f64) -> Seen<'_> {
+        let camera = Camera::with_field_of_view(1024, 768, field_of_view).unwrap();
+        Seen { frame: Some(0), telemetry: &READINGS, camera, features, pixels: None }
+    }
+
+    #[test]
+    fn a_keyframe_of_a_zoom_has_new_cells() {
+        let features = features();
+        let mut tracker = Tracker::with_capacity(features.len());
+        let mut budget = Budget::UNLIMITED;
+        tracker.capture(&seen(&features, 0.87), &mut budget).unwrap();
+        tracker.filter.update_range(50.0, SENSORS.range);
+        let known = tracker.filter.prediction_work();
+        tracker.add_keyframe(&seen(&features, 0.8), &mut budget);
+        assert_eq!(tracker.filter.prediction_work(), known);
+        tracker.add_keyframe(&seen(&features, 0.6), &mut budget);
+        assert!(tracker.filter.prediction_work() < known);
+    }
+
+    /// The error of a keyframe's pose stays after what caused it has passed.
+    #[test]
+    fn a_keyframe_remembers_the_inconsistency_it_was_made_with() {
+        let features = features();
+        let present = seen(&features, 0.87);
         let mut tracker = Tracker::with_capacity(features.len());
         let mut budget = Budget::UNLIMITED;
         tracker.capture(&present, &mut budget).unwrap();
