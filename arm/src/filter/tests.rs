@@ -312,6 +312,19 @@ fn cells_follow_the_picture() {
     assert!(filter.cross.iter().all(|value| *value == 0.0) && filter.covariance == covariance);
 }
 
+/// Up to the limit the variance grows with the cube of the NIS, beyond it in proportion.
+#[test]
+fn innovations_raise_the_standard_errors() {
+    let mut filter = started();
+    let mut raised = |nis: f64| {
+        filter.nis[1] = nis;
+        filter.inconsistency().powi(2)
+    };
+    for (nis, variance) in [(0.2, 1.0), (0.3, 1.0), (0.45, 3.375), (0.6, 8.0), (1.2, 16.0), (6.0, 80.0)] {
+        assert!((raised(nis) - variance).abs() < 1e-9, "{nis}");
+    }
+}
+
 /// A climb over a slope looks like a motion across it.
 #[test]
 fn a_climb_over_a_slope_does_not_mislead() {
@@ -607,9 +620,12 @@ fn patches_alone_tell_even_ground_from_rough() {
     let mut relief_of = |height: &dyn Fn(usize, &mut ChaCha8Rng) -> f64| {
         let mut filter = calibrated();
         filter.predict_free(0.066);
+        filter.common = 0.01;
         let seen = patches(&filter, moved, &mut rng, height);
         let (error, sigma) = fit_alone(&mut filter, moved, seen);
         let relief = (filter.height_variance() + filter.roughness()).sqrt();
+        // Over rough ground the relief is that of the residuals, with what they have in common.
+        assert_eq!(filter.common == 0.0, relief > 0.5, "{relief}");
         (relief, error.abs() / sigma, error.abs(), filter.excess)
     };
     let (relief, ratio, _, excess) = relief_of(&|_, _| 0.0);
