@@ -253,14 +253,18 @@ impl Keyframe {
             *start = start.and(Some(motion.pairs[i].current));
         }
         let count = starts.iter().flatten().count();
+        let most = most.min(count);
         let found = starts.iter().enumerate().filter_map(|(landmark, start)| start.map(|start| (landmark, start)));
-        for (_, (landmark, start)) in found.enumerate().filter(evenly(most, count)) {
+        for (index, (landmark, start)) in found.enumerate() {
+            if (index + 1) * most / count == index * most / count {
+                continue;
+            }
             if let Some(refined) = self.refined(&self.sighting(landmark, start), pixels, homography) {
                 let floor = Matrix2::identity() * (MIN_FREE_SIGMA_PX * MIN_FREE_SIGMA_PX);
                 sightings.push(Sighting { covariance: refined.covariance + floor, ..refined });
             }
         }
-        most.min(count)
+        most
     }
 
     /// Returns a sighting with the positions of its patch, and the covariance that these have by their pixels alone;
@@ -487,12 +491,6 @@ pub fn match_predicted(
         keep_consensus(shifts, sightings);
     }
     Some(MIN_INLIERS[usize::from(is_startup)] + counted / COMPARISONS_PER_INLIER)
-}
-
-/// Returns a filter that keeps `most` of `count` numbered things, evenly chosen, or all of fewer.
-fn evenly<T>(most: usize, count: usize) -> impl Fn(&(usize, T)) -> bool {
-    let most = most.min(count);
-    move |(index, _)| (index + 1) * most / count > index * most / count
 }
 
 /// Returns the numbers below `count`, each once, so that every beginning is spread evenly: steps near the golden ratio.

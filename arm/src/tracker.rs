@@ -727,8 +727,7 @@ fn ground_homography(reference: &View, current: &View, displacement: Vector2<f64
     current.from_ground() * Matrix3::new_translation(&-displacement) * reference.to_ground()
 }
 
-/// Returns the homography that fits pairs best, of which those stay that are near it; `None` if they do not determine
-/// one.
+/// Returns the homography that fits pairs best, and keeps those that are near it; `None` if they determine none.
 fn mapped(pairs: &mut Vec<Pair>) -> Option<Matrix3<f64>> {
     let first = Model::Homography.fit(pairs).ok()?;
     let error = |pair: &Pair| transfer(&first, pair.reference).map_or(f64::INFINITY, |at| (pair.current - at).norm());

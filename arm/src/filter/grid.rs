@@ -11,8 +11,8 @@ const GRID_SIDE: usize = 24;
 pub(super) const CELLS: usize = GRID_SIDE * GRID_SIDE;
 /// Cells across the picture: 6 m each from 50 m with the wide view.
 const CELLS_ACROSS: f64 = 8.0;
-/// Change of the ground that the picture spans from which on cells have another size. A picture must not have so few of
-/// them that hills and roofs are not told apart, nor more than an update may touch.
+/// Change of the ground that the picture spans from which on cells have another size. In larger ones a roof shares its
+/// height with the street, and of smaller ones a picture has more than an update may touch.
 const MAX_CHANGE: f64 = 1.25;
 
 /// The cells, and which of their heights may have a correlation with the state.

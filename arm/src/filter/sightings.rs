@@ -190,6 +190,21 @@ impl Scratch {
             product: vec![[0.0; STATES]; PAIR + MAX_TOUCHED_CELLS],
         }
     }
+
+    /// Returns the place of a cell among those that are touched; `None` if no further one may be.
+    fn touch(&mut self, cell: usize) -> Option<usize> {
+        if self.place[cell] == usize::MAX {
+            if self.cells.len() >= self.max_cells {
+                return None;
+            }
+            self.place[cell] = self.cells.len();
+            self.cells.push(cell);
+            self.coupling.push([0.0; PAIR]);
+            self.heights.push(0.0);
+            self.height_vector.push(0.0);
+        }
+        Some(self.place[cell])
+    }
 }
 
 impl Filter {
@@ -270,7 +285,7 @@ impl Filter {
         let (change, inliers) = if self.by_patches {
             self.fit_patches(k, cameras, sightings, budget)?
         } else {
-            self.fit(k, cameras, sightings, ITERATIONS[usize::from(self.is_free)], false, budget)?
+            self.fit(k, cameras, sightings, ITERATIONS[usize::from(self.is_free)], budget)?
         };
         let innovation = self.innovation(k, &change)?;
         let is_applied = innovation <= MAX_INNOVATION_CHI2 && inliers >= min_inliers;
@@ -302,12 +317,12 @@ impl Filter {
         let [even, rough] = PATCH_ITERATIONS;
         let max_cells = std::mem::take(&mut self.scratch.max_cells);
         self.set_relief(0.0);
-        let mut found = self.fit(k, cameras, sightings, even, false, budget)?;
+        let mut found = self.fit(k, cameras, sightings, even, budget)?;
         let count = sightings.len() as f64;
         if (found.1 as f64) < MIN_EVEN_SHARE * count {
             (self.scratch.max_cells, self.is_rough) = (max_cells, true);
             self.set_relief(f64::INFINITY);
-            found = self.fit(k, cameras, sightings, rough, true, budget)?;
+            found = self.fit(k, cameras, sightings, rough, budget)?;
         }
         let squares: f64 = sightings.iter().map(|sighting| sighting.chi2.min(MAX_EXCESS_CHI2)).sum();
         self.excess = (squares / (2.0 * count)).max(1.0);
@@ -315,7 +330,7 @@ impl Filter {
     }
 
     /// Iterates from the prediction to the poses that sightings fit best. Returns the change of the states of the pair,
-    /// and the number of inliers; the last linearisation is at the solution. If the ground `is_rough`, the residuals
+    /// and the number of inliers; the last linearisation is at the solution. If the ground is rough, the residuals
     /// decide by how much.
     fn fit(
         &mut self,
@@ -323,7 +338,6 @@ impl Filter {
         cameras: [&Camera; 2],
         sightings: &mut [Sighting],
         iterations: usize,
-        is_rough: bool,
         budget: &mut Budget,
     ) -> Option<([f64; PAIR], usize)> {
         let prior = self.pair_state(k)?;
@@ -338,7 +352,7 @@ impl Filter {
             spend(budget, system_work(self.scratch.cells.len()))?;
             self.fill_system(&states);
             change = self.solve_change()?;
-            if is_rough {
+            if self.is_rough {
                 self.set_relief(self.relief.variance());
             }
         }
@@ -458,21 +472,15 @@ impl Filter {
             };
             let loss = loss_scale.map_or(1.0, |scale| scale / (scale + chi2));
             let weight = inverse * (share * loss * loss);
+            // Even ground has no cells.
             let has_cell = self.scratch.max_cells > 0;
-            let cell = if has_cell { self.cell(&seen.point) } else { 0 };
-            let Scratch { cells, max_cells, place, poses, coupling, heights, pose_vector, height_vector, .. } =
-                &mut self.scratch;
-            if has_cell && place[cell] == usize::MAX {
-                if cells.len() >= *max_cells {
-                    continue;
-                }
-                place[cell] = cells.len();
-                cells.push(cell);
-                coupling.push([0.0; PAIR]);
-                heights.push(0.0);
-                height_vector.push(0.0);
+            let cell = has_cell.then(|| self.cell(&seen.point));
+            let height = cell.and_then(|cell| self.scratch.touch(cell));
+            if has_cell && height.is_none() {
+                continue;
             }
             any = true;
+            let Scratch { poses, coupling, heights, pose_vector, height_vector, .. } = &mut self.scratch;
             let by = seen.by_pair();
             let target = residual + by * SMatrix::<f64, PAIR, 1>::from_column_slice(change);
             let weighted_by = weight * by;
@@ -481,9 +489,7 @@ impl Filter {
             for (pose, [x, y]) in pose_vector.iter_mut().zip(&by.data.0) {
                 *pose += x * weighted_target.x + y * weighted_target.y;
             }
-            // Level ground has no cells.
-            let height = place[cell];
-            if has_cell {
+            if let Some(height) = height {
                 for (coupling, [x, y]) in coupling[height].iter_mut().zip(&by.data.0) {
                     *coupling += x * weighted_g.x + y * weighted_g.y;
                 }
