@@ -78,8 +78,10 @@ const OVERLAP_GRID: (u32, u32) = (16, 12);
 const SPARE_SHARE: u64 = 8;
 /// Inliers that a keyframe needs at least.
 const MIN_INLIERS: usize = MIN_FEATURES;
-/// Sightings whose fit the search must leave work for.
+/// Sightings whose fit the matching must leave work for.
 const RESERVED_SIGHTINGS: usize = 256;
+/// The same of the search, which needs the work more: what it finds in addition is thinned.
+const RESERVED_FOUND: usize = 128;
 /// Patches of a search whose refinement and fit it must leave work for.
 const RESERVED_PATCHES: usize = 64;
 /// Distance from the map of all matches up to which they count in that by which patches are looked for, px.
@@ -496,12 +498,10 @@ impl Tracker {
             return Err(Reason::Work);
         }
         let by_patches = filter.fits_patches(sightings);
-        let (step, max_cells) = filter.thinning(sightings.len(), budget.left(), by_patches);
-        let mut index = 0;
-        sightings.retain(|_| {
-            index += 1;
-            (index - 1) % step == 0
-        });
+        let count = sightings.len();
+        let (most, max_cells) = filter.thinning(count, budget.left(), by_patches);
+        let mut chosen = evenly(most, count);
+        sightings.retain(|_| chosen.next().unwrap_or(false));
         if sightings.len() < min_inliers {
             return Err(Reason::Work);
         }
@@ -514,7 +514,8 @@ impl Tracker {
             return Err(if few { Reason::Sightings(fitted.inliers) } else { Reason::Implausible(fitted.innovation) });
         }
         let consistent = sightings.iter().filter(|sighting| sighting.is_consistent()).count();
-        let share = (consistent * step) as f64 / self.memory.tried.max(1) as f64;
+        let tried = self.memory.tried * sightings.len() / count.max(1);
+        let share = consistent as f64 / tried.max(1) as f64;
         keyframe.learn(sightings, share, &self.memory.predicted);
         self.inliers.clear();
         let inliers = sightings.iter().filter(|sighting| sighting.is_inlier());
@@ -535,7 +536,7 @@ impl Tracker {
         let of_patches = |count: usize| REFINED_WORK * count + filter.work(count, count, true);
         let fit = match pixels {
             Some(_) => of_patches(RESERVED_PATCHES),
-            None => filter.work(RESERVED_SIGHTINGS, filter.expected_cells(), false),
+            None => filter.work(RESERVED_FOUND, filter.expected_cells(), false),
         };
         let mut search = budget.split(pairs + learning + fit);
         let (workspace, known) = (&mut self.workspace, &keyframe.features);
@@ -572,10 +573,12 @@ impl Tracker {
         if sightings.len() < MIN_REFINED {
             sightings.clear();
             let left = budget.left().saturating_sub(learning as u64);
-            let (step, _) = filter.thinning(motion.inliers.len(), left, false);
-            *tried = tried.div_ceil(step);
-            let found = motion.inliers.iter().step_by(step);
-            sightings.extend(found.map(|&i| keyframe.sighting(motion.matches[i].reference, motion.pairs[i].current)));
+            let count = motion.inliers.len();
+            let (most, _) = filter.thinning(count, left, false);
+            *tried = (*tried * most).div_ceil(count.max(1));
+            let found = motion.inliers.iter().zip(evenly(most, count)).filter(|(_, is_chosen)| *is_chosen);
+            sightings
+                .extend(found.map(|(&i, _)| keyframe.sighting(motion.matches[i].reference, motion.pairs[i].current)));
         } else {
             // The share of the consensus, less the patches that disagree.
             *tried = (*tried * sightings.len()).div_ceil(motion.inliers.len());
@@ -733,6 +736,11 @@ fn mapped(pairs: &mut Vec<Pair>) -> Option<Matrix3<f64>> {
     let error = |pair: &Pair| transfer(&first, pair.reference).map_or(f64::INFINITY, |at| (pair.current - at).norm());
     pairs.retain(|pair| error(pair) <= MAX_MAPPED_PX);
     Model::Homography.fit(pairs).ok()
+}
+
+/// Returns for each of `count` things in turn whether it is one of `most`, evenly chosen.
+fn evenly(most: usize, count: usize) -> impl Iterator<Item = bool> {
+    (0..count).map(move |index| (index + 1) * most / count > index * most / count)
 }
 
 /// Returns the ground that a picture spans across its columns from a height (m), m.

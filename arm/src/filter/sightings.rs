@@ -256,14 +256,14 @@ impl Filter {
         }
     }
 
-    /// Returns `n` if every `n`-th of `count` sightings can be fitted with some work units, and the cells that they may
-    /// touch then. Patches alone are as many as were paid for.
+    /// Returns the number of `count` sightings, at least 1, that can be fitted with some work units, and the cells that
+    /// they may touch then. Patches alone are as many as were paid for.
     pub fn thinning(&self, count: usize, units: u64, by_patches: bool) -> (usize, usize) {
         if by_patches || self.affordable_sightings(units, MAX_TOUCHED_CELLS) >= count {
-            return (1, MAX_TOUCHED_CELLS);
+            return (count, MAX_TOUCHED_CELLS);
         }
         let cells = self.expected_cells();
-        (count.div_ceil(self.affordable_sightings(units, cells).max(1)).max(1), cells)
+        (self.affordable_sightings(units, cells).clamp(1, count), cells)
     }
 
     /// Fits present pose, keyframe `k` and the errors of the camera to sightings: iterated, with Geman-McClure's loss.
