@@ -60,6 +60,7 @@
 //! | module | its one job |
 //! |---|---|
 //! | `grid` | the cells of the ground |
+//! | `inconsistency` | by how much innovations and residuals contradict the covariance |
 //! | `information` | the sum of the information of sightings |
 //! | `linear` | linear systems, and products of tall matrices |
 //! | `prediction` | where landmarks are expected in the present frame |
@@ -73,6 +74,7 @@
 //! Nothing here allocates after [`Filter::new`].
 
 mod grid;
+mod inconsistency;
 mod information;
 mod linear;
 mod prediction;
@@ -88,6 +90,7 @@ use grid::{CELLS, Grid};
 use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::Attitude;
 use hoverlock_reference::motion::relief::ReliefSums;
+pub use inconsistency::Inconsistency;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
 pub use prediction::Prediction;
 use projection::{CameraErrors, MovingCamera, PairState};
@@ -419,11 +422,11 @@ impl Filter {
         (square * square * square).min(MAX_WALK_FACTOR)
     }
 
-    /// Returns the factor of standard errors that innovations and residuals demand, at least 1.
-    pub fn inconsistency(&self) -> f64 {
+    /// Returns the factors of standard errors that innovations and residuals demand.
+    pub fn inconsistency(&self) -> Inconsistency {
         let common = (self.common / sightings::COMMON_PX2).max(1.0);
         let usual = (self.nis[1].min(CONSISTENT_NIS) / USUAL_NIS).max(1.0).powi(3);
-        (usual * (self.nis[1] / CONSISTENT_NIS).max(1.0) * common * self.excess).sqrt()
+        Inconsistency::new(usual * (self.nis[1] / CONSISTENT_NIS).max(1.0) * self.excess, common)
     }
 
     /// Returns `true` if the camera is known as well as a fit to patches alone needs: without samples of the IMU

@@ -10,7 +10,7 @@
 //! template is refined from the position of the match ([`hoverlock_fixed_point::refinement`]), and the sighting is that
 //! of the patch, a few hundredths of a pixel in place of a few tenths. Its residuals have a covariance of their own.
 
-use crate::filter::{Filter, Prediction, Sighting};
+use crate::filter::{Filter, Inconsistency, Prediction, Sighting};
 use crate::line::MIN_FEATURES;
 use hoverlock_fixed_point::refinement::{Refined, Template};
 use hoverlock_reference::features::feature::Feature;
@@ -125,8 +125,8 @@ pub struct Keyframe {
     pub work: u64,
     /// Count of keyframes before this one.
     pub age: u64,
-    /// Factor of standard errors with which its pose was estimated, at least 1.
-    pub inconsistency: f64,
+    /// Factors of standard errors with which its pose was estimated.
+    pub inconsistency: Inconsistency,
     landmarks: Vec<Landmark>,
     templates: Vec<Template>,
 }
@@ -143,7 +143,7 @@ impl Keyframe {
             turn: 0,
             work: 0,
             age: 0,
-            inconsistency: 1.0,
+            inconsistency: Inconsistency::NONE,
             landmarks: Vec::with_capacity(features),
             templates: Vec::with_capacity(MAX_TEMPLATES[1]),
         }
@@ -154,7 +154,7 @@ impl Keyframe {
         self.frame = frame;
         self.camera = camera;
         (self.best_share, self.takes_turns, self.turn) = (0.0, false, 0);
-        (self.age, self.inconsistency) = (age, 1.0);
+        (self.age, self.inconsistency) = (age, Inconsistency::NONE);
         self.features.clear();
         self.features.extend_from_slice(features);
         self.landmarks.clear();

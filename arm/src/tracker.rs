@@ -19,12 +19,12 @@
 //! their median contradicts the range at the capture, the height is corrected.
 //!
 //! **Covariance and protection level.** The filter counts a 16th of the information of sightings, because some errors
-//! persist. Of its covariance `P` and the inconsistency `k`, that of the frame ([`Filter::inconsistency`]) or that with
-//! which its keyframe was made, whichever is larger,
+//! persist. Of its covariance `P` and the inconsistency ([`Inconsistency`]), that of the frame or that with which its
+//! keyframe was made, whichever is larger, with `k` on the mean and `b` as the bound,
 //!
 //! ```text
 //! covariance         min(k, 10)^2 P / 16
-//! protection level   max(0.05 m, 4.8 k s + 0.02 |d|)
+//! protection level   max(0.05 m, 4.8 b s + 0.02 |d|)
 //! ```
 //!
 //! The covariance is what errors are on the mean. The protection level is the radius that one error of 100 000 exceeds
@@ -33,7 +33,7 @@
 //! that of patches alone, the protection level has twice the standard errors.
 
 use crate::calibration::Calibration;
-use crate::filter::{Filter, INFORMATION_SHARE, MAX_KEYFRAMES, Step};
+use crate::filter::{Filter, INFORMATION_SHARE, Inconsistency, MAX_KEYFRAMES, Step};
 use crate::keyframe::{Keyframe, MAX_PATCHES, MAX_REFINED, MIN_REFINED, MatchMemory, REFINED_WORK, match_predicted};
 use crate::line::{Estimate, MIN_FEATURES, Reason};
 use crate::message::{InertialSample, Telemetry};
@@ -164,7 +164,7 @@ struct Found {
     /// Share of the landmarks that were matched whose sightings agree.
     share: f64,
     /// The least inconsistency of the keyframes that were found with it.
-    inconsistency: f64,
+    inconsistency: Inconsistency,
 }
 
 /// The estimator with its memory.
@@ -179,7 +179,7 @@ pub struct Tracker {
     commanded: Option<usize>,
     captured: u64,
     /// Inconsistency of the last estimate.
-    inconsistency: f64,
+    inconsistency: Inconsistency,
     time_us: u64,
     captured_us: u64,
     confirmed: bool,
@@ -205,7 +205,7 @@ impl Tracker {
             is_reversed: false,
             commanded: None,
             captured: 0,
-            inconsistency: 1.0,
+            inconsistency: Inconsistency::NONE,
             time_us: 0,
             captured_us: 0,
             confirmed: false,
@@ -278,7 +278,7 @@ impl Tracker {
         self.clear();
         (self.captured_us, self.confirmed, self.confirmation_count) = (telemetry.time_us, false, 0);
         self.first_heights.clear();
-        self.inconsistency = 1.0;
+        self.inconsistency = Inconsistency::NONE;
         self.add_keyframe(present, budget);
         Ok(())
     }
@@ -437,8 +437,9 @@ impl Tracker {
                 budget.optional(|rest| self.track(k, patches, present, rest))
             };
             if let Some(mut tracked) = tracked {
-                tracked.inconsistency =
-                    found.map_or(f64::INFINITY, |other| other.inconsistency).min(tracked.inconsistency);
+                if let Some(other) = found {
+                    tracked.inconsistency = tracked.inconsistency.min(other.inconsistency);
+                }
                 found = Some(tracked);
                 compared = if k == nearest { found } else { compared };
                 self.keyframes[k].work = budget.spent() - before;
@@ -652,11 +653,11 @@ impl Tracker {
         let filter = &self.filter;
         let inconsistency = filter.inconsistency().max(found.inconsistency);
         let margin = if filter.is_by_patches() { PATCH_MARGIN } else { 1.0 };
-        let normal = PROTECTION_SIGMAS * sigma * inconsistency * margin;
+        let normal = PROTECTION_SIGMAS * sigma * inconsistency.of_bound * margin;
         let protection = (normal + PROTECTION_SCALE * moved.xy().norm()).max(MIN_PROTECTION_LEVEL_M);
         // As if all of the information counted: what the errors of random flights are on the mean (decision 059).
         let share = if filter.is_free() { 1.0 } else { INFORMATION_SHARE };
-        let covariance = covariance * (inconsistency.min(MAX_RAISE).powi(2) * share);
+        let covariance = covariance * (inconsistency.of_mean.min(MAX_RAISE).powi(2) * share);
         let attitude = Attitude::of_rotation(&filter.exposed().rotation);
         Ok(Estimate {
             x_e_m: moved.x,
@@ -711,7 +712,7 @@ impl Tracker {
         let work = self.keyframes.iter().map(|keyframe| keyframe.work).max().unwrap_or_default();
         let keyframe = &mut self.keyframes[slot];
         keyframe.fill(present.frame, present.camera, present.features, self.captured);
-        (keyframe.work, keyframe.inconsistency) = (work, self.inconsistency.min(MAX_RAISE));
+        (keyframe.work, keyframe.inconsistency) = (work, self.inconsistency.limited(MAX_RAISE));
         if let Some(pixels) = present.pixels {
             mark(Part::Refinement);
             // Templates that the rest does not pay for are not cut.
@@ -817,21 +818,24 @@ mod tests {
         let mut tracker = Tracker::with_capacity(features.len());
         let mut budget = Budget::UNLIMITED;
         tracker.capture(&present, &mut budget).unwrap();
-        assert_eq!(tracker.keyframes[0].inconsistency, 1.0);
+        assert_eq!(tracker.keyframes[0].inconsistency, Inconsistency::NONE);
         tracker.filter.predict_free(0.01);
-        let level = |tracker: &Tracker, inconsistency: f64| {
+        let of = |of_bound: f64, of_mean: f64| Inconsistency { of_bound, of_mean };
+        let level = |tracker: &Tracker, inconsistency: Inconsistency| {
             let found = Found { keyframe: 0, inliers: 0, matches: 0, share: 1.0, inconsistency };
             let estimate = tracker.result(&present, found).unwrap();
             [estimate.protection_level_m, estimate.covariance_m2[0].sqrt()]
         };
-        for (inconsistency, remembered) in [(4.0, 4.0), (40.0, MAX_RAISE)] {
+        for (inconsistency, remembered) in [(of(4.0, 3.0), of(4.0, 3.0)), (of(40.0, 4.0), of(MAX_RAISE, 4.0))] {
             tracker.inconsistency = inconsistency;
             let slot = tracker.add_keyframe(&present, &mut budget);
             assert_eq!(tracker.keyframes[slot].inconsistency, remembered);
-            let [one, other] = [level(&tracker, 2.0), level(&tracker, 2.0 * remembered)];
-            assert!((other[0] / one[0] - remembered).abs() < 1e-9);
-            assert!((other[1] / one[1] - (2.0 * remembered).min(MAX_RAISE) / 2.0).abs() < 1e-9);
+            let [one, other] = [of(1.0, 1.0), remembered].map(|inconsistency| level(&tracker, inconsistency));
+            assert!((other[0] / one[0] - remembered.of_bound).abs() < 1e-9);
+            assert!((other[1] / one[1] - remembered.of_mean).abs() < 1e-9);
         }
+        let [limit, beyond] = [MAX_RAISE, 3.0 * MAX_RAISE].map(|factor| level(&tracker, of(factor, factor)));
+        assert!((beyond[0] / limit[0] - 3.0).abs() < 1e-9 && beyond[1] == limit[1]);
     }
 
     #[test]

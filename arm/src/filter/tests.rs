@@ -318,7 +318,9 @@ fn innovations_raise_the_standard_errors() {
     let mut filter = started();
     let mut raised = |nis: f64| {
         filter.nis[1] = nis;
-        filter.inconsistency().powi(2)
+        let Inconsistency { of_bound, of_mean } = filter.inconsistency();
+        assert_eq!(of_bound, of_mean);
+        of_mean.powi(2)
     };
     for (nis, variance) in [(0.2, 1.0), (0.3, 1.0), (0.45, 3.375), (0.6, 8.0), (1.2, 16.0), (6.0, 80.0)] {
         assert!((raised(nis) - variance).abs() < 1e-9, "{nis}");
@@ -500,7 +502,7 @@ fn flown_with_a_bias_step(bias: Vector3<f64>, seconds: f64) -> Vec<[f64; 3]> {
                 .unwrap();
             let (moved, covariance) = filter.displacement(0).unwrap();
             let variance = covariance[(0, 0)].max(covariance[(1, 1)]);
-            [moved.xy().norm(), variance.sqrt(), filter.inconsistency()]
+            [moved.xy().norm(), variance.sqrt(), filter.inconsistency().of_bound]
         })
         .collect()
 }
@@ -523,7 +525,7 @@ fn a_step_of_the_bias_raises_the_protection_level() {
 
 /// Sightings of a hover whose pixels within each quarter of the picture's columns are off by `common_px` together, in
 /// turn to either side: roofs that all rise above the mean ground leave such residuals.
-fn factor_with_common_residuals(common_px: f64) -> f64 {
+fn factors_with_common_residuals(common_px: f64) -> Inconsistency {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let mut filter = started();
     for _ in 0..45 {
@@ -545,9 +547,14 @@ fn factor_with_common_residuals(common_px: f64) -> f64 {
 
 #[test]
 fn residuals_that_a_block_has_in_common_raise_the_protection_level() {
-    let factors = [0.0, 0.03, 0.3, 1.0].map(factor_with_common_residuals);
-    assert!(factors[0] < 1.1 && factors[1] < 1.5, "{factors:?}");
-    assert!(factors[2] > 2.0 && factors[3] > 1.5 * factors[2], "{factors:?}");
+    let factors = [0.0, 0.03, 0.3, 1.0].map(factors_with_common_residuals);
+    let bounds = factors.map(|factors| factors.of_bound);
+    assert!(bounds[0] < 1.1 && bounds[1] < 1.5, "{factors:?}");
+    assert!(bounds[2] > 2.0 && bounds[3] > 1.5 * bounds[2], "{factors:?}");
+    // The covariance is that of errors on the mean.
+    for Inconsistency { of_bound, of_mean } in factors {
+        assert!((of_mean * of_mean - of_bound).abs() < 1e-9, "{factors:?}");
+    }
 }
 
 /// Returns patches of points whose ground has the height `height` (m) of each, with noise of 0.02 px.
