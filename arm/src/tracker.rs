@@ -839,6 +839,17 @@ mod tests {
     }
 
     #[test]
+    fn as_many_as_are_paid_for_are_chosen_evenly() {
+        for (most, count) in [(0, 4), (1, 1), (3, 9), (2, 3), (5, 7), (7, 7), (128, 300)] {
+            let chosen: Vec<_> =
+                evenly(most, count).enumerate().filter_map(|(i, is_chosen)| is_chosen.then_some(i)).collect();
+            assert_eq!(chosen.len(), most, "{most} of {count}");
+            // One of each `most`-th part.
+            assert!(chosen.iter().enumerate().all(|(part, index)| index * most / count == part), "{chosen:?}");
+        }
+    }
+
+    #[test]
     fn the_overlap_is_that_of_the_rectangles() {
         let camera = Camera::with_field_of_view(1024, 768, 0.87).unwrap();
         let moved = |x: f64, y: f64| Matrix3::new(1.0, 0.0, x, 0.0, 1.0, y, 0.0, 0.0, 1.0);

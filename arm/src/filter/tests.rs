@@ -661,3 +661,15 @@ fn a_calibration_sets_the_errors_of_the_camera() {
     filter.restart(50.0, &Attitude::default(), &SENSORS, 46.0, true);
     assert_eq!((filter.errors.distortion, filter.at(CAMERA, CAMERA)), (-0.03, 0.001 * 0.001));
 }
+
+/// Of more sightings than the work units pay for as many are fitted as they do.
+#[test]
+fn sightings_beyond_the_work_units_are_thinned() {
+    let filter = started();
+    let cells = filter.expected_cells();
+    let units = filter.work(150, cells, false);
+    assert_eq!(filter.thinning(400, units as u64, false), (150, cells));
+    assert_eq!(filter.thinning(400, units as u64, true).0, 400);
+    assert_eq!(filter.thinning(100, filter.work(400, sightings::MAX_TOUCHED_CELLS, false) as u64, false).0, 100);
+    assert_eq!((filter.thinning(400, 0, false).0, filter.thinning(0, 0, false).0), (1, 0));
+}
