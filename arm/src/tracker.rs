@@ -81,7 +81,7 @@ const MIN_INLIERS: usize = MIN_FEATURES;
 /// Sightings whose fit the matching must leave work for.
 const RESERVED_SIGHTINGS: usize = 256;
 /// The same of the search, which needs the work more: what it finds in addition is thinned.
-const RESERVED_FOUND: usize = 128;
+const RESERVED_FOUND: usize = 192;
 /// Patches of a search whose refinement and fit it must leave work for.
 const RESERVED_PATCHES: usize = 64;
 /// Distance from the map of all matches up to which they count in that by which patches are looked for, px.
