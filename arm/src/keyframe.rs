@@ -255,10 +255,7 @@ impl Keyframe {
         let count = starts.iter().flatten().count();
         let most = most.min(count);
         let found = starts.iter().enumerate().filter_map(|(landmark, start)| start.map(|start| (landmark, start)));
-        for (index, (landmark, start)) in found.enumerate() {
-            if (index + 1) * most / count == index * most / count {
-                continue;
-            }
+        for ((landmark, start), _) in found.zip(evenly(most, count)).filter(|(_, is_chosen)| *is_chosen) {
             if let Some(refined) = self.refined(&self.sighting(landmark, start), pixels, homography) {
                 let floor = Matrix2::identity() * (MIN_FREE_SIGMA_PX * MIN_FREE_SIGMA_PX);
                 sightings.push(Sighting { covariance: refined.covariance + floor, ..refined });
@@ -491,6 +488,11 @@ pub fn match_predicted(
         keep_consensus(shifts, sightings);
     }
     Some(MIN_INLIERS[usize::from(is_startup)] + counted / COMPARISONS_PER_INLIER)
+}
+
+/// Returns for each of `count` things in turn whether it is one of `most`, which is at most `count`, evenly chosen.
+pub fn evenly(most: usize, count: usize) -> impl Iterator<Item = bool> {
+    (0..count).map(move |index| (index + 1) * most / count > index * most / count)
 }
 
 /// Returns the numbers below `count`, each once, so that every beginning is spread evenly: steps near the golden ratio.

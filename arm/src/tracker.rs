@@ -34,7 +34,9 @@
 
 use crate::calibration::Calibration;
 use crate::filter::{Filter, INFORMATION_SHARE, Inconsistency, MAX_KEYFRAMES, Step};
-use crate::keyframe::{Keyframe, MAX_PATCHES, MAX_REFINED, MIN_REFINED, MatchMemory, REFINED_WORK, match_predicted};
+use crate::keyframe::{
+    Keyframe, MAX_PATCHES, MAX_REFINED, MIN_REFINED, MatchMemory, REFINED_WORK, evenly, match_predicted,
+};
 use crate::line::{Estimate, MIN_FEATURES, Reason};
 use crate::message::{InertialSample, Telemetry};
 use hoverlock_reference::features::feature::Feature;
@@ -737,11 +739,6 @@ fn mapped(pairs: &mut Vec<Pair>) -> Option<Matrix3<f64>> {
     let error = |pair: &Pair| transfer(&first, pair.reference).map_or(f64::INFINITY, |at| (pair.current - at).norm());
     pairs.retain(|pair| error(pair) <= MAX_MAPPED_PX);
     Model::Homography.fit(pairs).ok()
-}
-
-/// Returns for each of `count` things in turn whether it is one of `most`, evenly chosen.
-fn evenly(most: usize, count: usize) -> impl Iterator<Item = bool> {
-    (0..count).map(move |index| (index + 1) * most / count > index * most / count)
 }
 
 /// Returns the ground that a picture spans across its columns from a height (m), m.
