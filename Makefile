@@ -156,7 +156,7 @@ bench-harness: wheel
 ## build the flight program for the ARM Cortex-A9, one static file
 # Its own target folder, as it has a compiler of its own.
 arm:
-	@environment=$$(setup/arm.sh) && . "$$environment" && export CARGO_PROFILE_RELEASE_DEBUG=0 && \
+	@environment=$$(setup/arm.sh) && . "$$environment" && \
 		cargo build --release --locked --package hoverlock-arm $(ARM_FEATURES) \
 		-Zbuild-std=std,panic_abort --target armv7-unknown-linux-gnueabihf --target-dir $(ARM_TARGET)
 	@echo "The flight program: $(ARM_TARGET)/armv7-unknown-linux-gnueabihf/release/hoverlock-nav"
