@@ -60,8 +60,8 @@ const MIN_REFINED_SIGMA_PX: f64 = 0.05;
 const MIN_FREE_SIGMA_PX: f64 = 0.02;
 /// Radius of the gate, in standard deviations.
 const GATE_SIGMAS: f64 = 3.5;
-/// Largest radius of the gate, px. A prediction that is less certain needs the search.
-const MAX_GATE_PX: f64 = 48.0;
+/// Largest radius of the gate, px: a third of a metre in the narrow view from 20 m. Frames less certain are searched.
+const MAX_GATE_PX: f64 = 96.0;
 /// Bits that may differ, of 128.
 const MAX_HAMMING: u32 = 12;
 /// Radius of agreement of the vote, px; it is taken if the gate is larger than this.
@@ -536,36 +536,65 @@ mod tests {
     use hoverlock_reference::motion::observation::SensorErrors;
     use hoverlock_reference::motion::orthophoto::Attitude;
 
-    /// In the narrow view a landmark on a roof may be tens of pixels from where the filter expects it.
-    #[test]
-    fn a_landmark_with_large_residuals_does_not_stop_the_others() {
-        let camera = Camera::with_field_of_view(1024, 768, 0.87).unwrap();
-        let features: Vec<Feature> = (0..192)
-            .map(|i| Feature {
-                x: 40 + 60 * (i % 16),
-                y: 40 + 60 * (i / 16),
-                scale: 0,
-                bright: true,
-                response: 100.0,
-                neighbours: [90.0; 4],
-                descriptor: Descriptor::of_two([i.wrapping_mul(0x9e37_79b9), !i], [i << 7, i]),
-            })
-            .collect();
+    fn camera() -> Camera {
+        Camera::with_field_of_view(1024, 768, 0.87).unwrap()
+    }
+
+    /// Features 60 px apart, each with a descriptor that no other has.
+    fn features() -> Vec<Feature> {
+        let feature = |i: u32| Feature {
+            x: 40 + 60 * (i % 16),
+            y: 40 + 60 * (i / 16),
+            scale: 0,
+            bright: true,
+            response: 100.0,
+            neighbours: [90.0; 4],
+            descriptor: Descriptor::of_two([i.wrapping_mul(0x9e37_79b9), !i], [i << 7, i]),
+        };
+        (0..192).map(feature).collect()
+    }
+
+    /// A filter that begins 50 m above a keyframe with the features.
+    fn filter_and_keyframe() -> (Filter, Keyframe) {
         let mut filter = Filter::new();
         let sensors = SensorErrors { tilt: 0.0035, heading: 0.01, range: 0.1 };
         filter.restart(50.0, &Attitude::default(), &sensors, 46.0, false);
         filter.clone_pose(0);
-        let mut keyframe = Keyframe::with_capacity(features.len());
-        keyframe.fill(Some(0), camera, &features, 1);
-        let mut memory = MatchMemory::with_capacity(features.len());
-        let mut matched = |keyframe: &Keyframe| {
-            let mut budget = Budget::UNLIMITED;
-            match_predicted(&filter, 0, keyframe, &camera, &features, &mut memory, &mut budget)?;
-            Some(memory.sightings.iter().map(|sighting| sighting.landmark).collect::<Vec<_>>())
+        let mut keyframe = Keyframe::with_capacity(192);
+        keyframe.fill(Some(0), camera(), &features(), 1);
+        (filter, keyframe)
+    }
+
+    /// Returns the landmarks that are found in a frame with the same features.
+    fn matched(filter: &Filter, keyframe: &Keyframe) -> Option<Vec<usize>> {
+        let mut memory = MatchMemory::with_capacity(192);
+        let mut budget = Budget::UNLIMITED;
+        match_predicted(filter, 0, keyframe, &camera(), &features(), &mut memory, &mut budget)?;
+        Some(memory.sightings.iter().map(|sighting| sighting.landmark).collect())
+    }
+
+    #[test]
+    fn a_frame_is_matched_if_the_prediction_is_known_to_96_px() {
+        let after = |seconds: f64| {
+            let (mut filter, keyframe) = filter_and_keyframe();
+            filter.predict_free(seconds);
+            let mut reach = [0.0; 2];
+            let middle = std::iter::once((0, camera().last_pixel() / 2.0));
+            filter.images(0, [&camera(); 2], middle, |_, image| reach = gate_reach(&image.covariance));
+            (reach[0].max(reach[1]).round(), matched(&filter, &keyframe).map(|found| found.len()))
         };
-        assert_eq!(matched(&keyframe), Some((0..192).collect()));
+        assert_eq!(after(0.020), (52.0, Some(192)));
+        assert_eq!(after(0.030), (78.0, Some(192)));
+        assert_eq!(after(0.038), (99.0, None));
+    }
+
+    /// In the narrow view a landmark on a roof may be tens of pixels from where the filter expects it.
+    #[test]
+    fn a_landmark_with_large_residuals_does_not_stop_the_others() {
+        let (filter, mut keyframe) = filter_and_keyframe();
+        assert_eq!(matched(&filter, &keyframe), Some((0..192).collect()));
         let landmark = &mut keyframe.landmarks[100];
         (landmark.good, landmark.residual) = (10, Matrix2::identity() * 400.0);
-        assert_eq!(matched(&keyframe), Some((0..192).filter(|i| *i != 100).collect()));
+        assert_eq!(matched(&filter, &keyframe), Some((0..192).filter(|i| *i != 100).collect()));
     }
 }
