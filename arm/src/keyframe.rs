@@ -60,8 +60,9 @@ const MIN_REFINED_SIGMA_PX: f64 = 0.05;
 const MIN_FREE_SIGMA_PX: f64 = 0.02;
 /// Radius of the gate, in standard deviations.
 const GATE_SIGMAS: f64 = 3.5;
-/// Largest radius of the gate, px: a third of a metre in the narrow view from 20 m. Frames less certain are searched.
-const MAX_GATE_PX: f64 = 96.0;
+/// Largest radius of the gate, px, with samples of the IMU (a third of a metre in the narrow view from 20 m), and
+/// without, where a search fits patches alone. Frames that are less certain are searched.
+const MAX_GATE_PX: [f64; 2] = [96.0, 48.0];
 /// Bits that may differ, of 128.
 const MAX_HAMMING: u32 = 12;
 /// Radius of agreement of the vote, px; it is taken if the gate is larger than this.
@@ -390,10 +391,11 @@ pub fn match_predicted(
     budget: &mut Budget,
 ) -> Option<usize> {
     let middle = keyframe.camera.last_pixel() / 2.0;
+    let max_gate = MAX_GATE_PX[usize::from(filter.is_free())];
     let mut is_uncertain = false;
     filter.images(k, [&keyframe.camera, camera], std::iter::once((0, middle)), |_, prediction| {
         let reach = gate_reach(&prediction.covariance);
-        is_uncertain = reach[0].max(reach[1]) > MAX_GATE_PX;
+        is_uncertain = reach[0].max(reach[1]) > max_gate;
     });
     memory.tried = keyframe.tried().count();
     let fixed = LANDMARK_WORK * memory.tried + SIGHTED_WORK * current.len();
@@ -423,7 +425,7 @@ pub fn match_predicted(
         let reach = gate_reach(&covariance);
         let reached = reach[0].max(reach[1]);
         // Its own residuals are large, or it is far from the middle: the others are matched without it.
-        if reached.is_nan() || reached > MAX_GATE_PX {
+        if reached.is_nan() || reached > max_gate {
             predicted[landmark] = None;
             continue;
         }
@@ -532,9 +534,13 @@ fn keep_consensus(shifts: &[Vector2<f64>], sightings: &mut Vec<Sighting>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::filter::Step;
     use hoverlock_reference::features::feature::Descriptor;
     use hoverlock_reference::motion::observation::SensorErrors;
     use hoverlock_reference::motion::orthophoto::Attitude;
+    use nalgebra::Vector3;
+
+    const SENSORS: SensorErrors = SensorErrors { tilt: 0.0035, heading: 0.01, range: 0.1 };
 
     fn camera() -> Camera {
         Camera::with_field_of_view(1024, 768, 0.87).unwrap()
@@ -557,8 +563,7 @@ mod tests {
     /// A filter that begins 50 m above a keyframe with the features.
     fn filter_and_keyframe() -> (Filter, Keyframe) {
         let mut filter = Filter::new();
-        let sensors = SensorErrors { tilt: 0.0035, heading: 0.01, range: 0.1 };
-        filter.restart(50.0, &Attitude::default(), &sensors, 46.0, false);
+        filter.restart(50.0, &Attitude::default(), &SENSORS, 46.0, false);
         filter.clone_pose(0);
         let mut keyframe = Keyframe::with_capacity(192);
         keyframe.fill(Some(0), camera(), &features(), 1);
@@ -574,18 +579,22 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_is_matched_if_the_prediction_is_known_to_96_px() {
-        let after = |seconds: f64| {
+    fn frames_are_matched_up_to_96_px_with_the_imu_and_up_to_48_without() {
+        let after = |seconds: f64, has_sample: bool| {
             let (mut filter, keyframe) = filter_and_keyframe();
             filter.predict_free(seconds);
+            if has_sample {
+                let force = Vector3::new(0.0, 0.0, -9.81);
+                let step = Step { rates: Vector3::zeros(), force, seconds: 1e-5 };
+                filter.predict(std::iter::once(step), &SENSORS);
+            }
             let mut reach = [0.0; 2];
             let middle = std::iter::once((0, camera().last_pixel() / 2.0));
             filter.images(0, [&camera(); 2], middle, |_, image| reach = gate_reach(&image.covariance));
             (reach[0].max(reach[1]).round(), matched(&filter, &keyframe).map(|found| found.len()))
         };
-        assert_eq!(after(0.020), (52.0, Some(192)));
-        assert_eq!(after(0.030), (78.0, Some(192)));
-        assert_eq!(after(0.038), (99.0, None));
+        assert_eq!([0.015, 0.020].map(|seconds| after(seconds, false)), [(39.0, Some(192)), (52.0, None)]);
+        assert_eq!([0.030, 0.038].map(|seconds| after(seconds, true)), [(78.0, Some(192)), (99.0, None)]);
     }
 
     /// In the narrow view a landmark on a roof may be tens of pixels from where the filter expects it.
