@@ -9,6 +9,7 @@
 //! | [`bus`] | registers by byte address, mapped from a device |
 //! | [`setup`] | checks, configures and enables the FPGA |
 //! | [`navigator`] | messages in, one line per frame out |
+//! | [`two_views`] | the estimator for two pictures without an IMU |
 //! | `tracker` | the estimator: prediction, matching, search, keyframes, protection level |
 //! | `filter` | position, attitude and keyframe poses with their covariance |
 //! | `keyframe` | landmarks, and matching where they are predicted |
@@ -36,3 +37,4 @@ pub mod pixels;
 pub mod setup;
 pub mod source;
 mod tracker;
+pub mod two_views;

@@ -24,7 +24,7 @@ use hoverlock_reference::motion::model::Pair;
 use hoverlock_reference::motion::orthophoto::Camera;
 
 /// Features of a frame that are used at most: those with the largest responses.
-const MAX_FEATURES: usize = 1024;
+pub(crate) const MAX_FEATURES: usize = 1024;
 
 /// Instructions of the Cortex-A9 that a frame may take.
 pub const MAX_FRAME_INSTRUCTIONS: u64 = 25_000_000;
@@ -106,7 +106,7 @@ impl Navigator {
         Self { fpga, ..Self::default() }
     }
 
-    /// Creates a navigator that may spend `work` units on each frame; the default is 2.2 million.
+    /// Creates a navigator that may spend `work` units on each frame; the default is [`WORK_UNITS`].
     pub fn with_work(work: u64) -> Self {
         Self {
             fpga: Fpga::default(),

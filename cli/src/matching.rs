@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
-use hoverlock_arm::message::Telemetry;
+use hoverlock_arm::line::Reason;
+use hoverlock_arm::two_views::{self, Picture as View};
 use hoverlock_cosim::chain::{clear_float_features, float_features};
-use hoverlock_cosim::sequence::telemetry;
+use hoverlock_cosim::sequence::{calibration, telemetry};
 use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::analysis::levels::{Level, Levels};
 use hoverlock_fixed_point::model::bit_true::BitTrue;
@@ -21,9 +22,7 @@ use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::estimate::Estimate;
 use hoverlock_reference::motion::estimator::Estimator;
 use hoverlock_reference::motion::matching::{Distance, Matching, matched_pairs};
-use hoverlock_reference::motion::model::{Model, Pair, transfer};
-use hoverlock_reference::motion::orthophoto::{Camera, View};
-use hoverlock_reference::motion::pose::{self, Pose, PoseError};
+use hoverlock_reference::motion::model::{Model, transfer};
 use hoverlock_reference::motion::ransac::{Functional, Ransac, RansacError};
 use hoverlock_reference::motion::refine::refined;
 use hoverlock_reports::overlay::Overlay;
@@ -99,11 +98,15 @@ pub struct Args {
     /// and the matches that agree
     #[arg(long, value_name = "FILE.csv")]
     telemetry: Option<PathBuf>,
+    /// The camera's calibration, as beside the frames of hoverlock cosim; without it the covariance of the displacement
+    /// is that of a camera that nobody has calibrated
+    #[arg(long, value_name = "FILE.toml", requires = "telemetry")]
+    calibration: Option<PathBuf>,
     /// Draw both pictures, the matches and the displaced frame into this PNG
     #[arg(long, value_name = "FILE.png")]
     overlay: Option<PathBuf>,
     /// One JSON object on stdout: ok model homography[9] matches inliers displacement_px[2] sigma_px displacement_m[2]
-    /// covariance_m2[4] quality rms_px features[2] reason
+    /// covariance_m2[4] protection_level_m quality rms_px features[2] reason
     #[arg(long)]
     json: bool,
 }
@@ -187,6 +190,8 @@ struct Report {
     displacement_m: Option<[f64; 2]>,
     /// Covariance of the displacement: xx, xy, yx, yy, m^2.
     covariance_m2: Option<[f64; 4]>,
+    /// Radius that the error of the displacement exceeds once in 100 000 pictures, m.
+    protection_level_m: Option<f64>,
     quality: u8,
     rms_px: Option<f64>,
     features: [usize; 2],
@@ -201,6 +206,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
         bail!("- stands for standard input, which can be read once; name the other picture as a file");
     }
     let telemetry = args.telemetry.as_deref().map(|path| telemetry::read(path, 2)).transpose()?;
+    let calibration = args.calibration.as_deref().map(calibration::read).transpose()?.unwrap_or_default();
     let source = match args.level {
         None => args.features,
         Some(ClearLevel::Ideal | ClearLevel::Recursive | ClearLevel::Quantised) => Source::Float,
@@ -246,13 +252,14 @@ pub fn run(args: &Args) -> Result<Verdict> {
         let png = overlay.png().with_context(|| format!("{}: cannot be encoded", path.display()))?;
         write_file(path, &png)?;
     }
-    let pose = match (&telemetry, &motion) {
-        (Some(readings), Some(motion)) => Some(located(readings, [&reference.luma, &current.luma], motion)?),
-        _ => None,
-    };
+    let pose = telemetry.as_ref().zip(motion.as_ref()).map(|(readings, _)| {
+        let view = |i: usize, features, picture| View { telemetry: &readings[i], features, pixels: picture };
+        two_views::estimate([view(0, &from, &reference.luma), view(1, &to, &current.luma)], &calibration)
+    });
     let (pose, refused) = match pose {
         Some(Ok(pose)) => (Some(pose), None),
-        Some(Err(refused)) => (None, Some(refused.to_string())),
+        Some(Err(Reason::View(error))) => return Err(error.into()),
+        Some(Err(reason)) => (None, Some(reason.to_string())),
         None => (None, None),
     };
     let report = Report {
@@ -263,8 +270,9 @@ pub fn run(args: &Args) -> Result<Verdict> {
         inliers: inliers.len(),
         displacement_px: homography.and_then(|h| transfer(&h, centre)).map(|moved| (moved - centre).into()),
         sigma_px: motion.as_ref().map(|_| sigma),
-        displacement_m: pose.map(|pose| pose.displacement.into()),
-        covariance_m2: pose.map(|Pose { covariance: c, .. }| [c[(0, 0)], c[(0, 1)], c[(1, 0)], c[(1, 1)]]),
+        displacement_m: pose.map(|pose| [pose.x_e_m, pose.y_e_m]),
+        covariance_m2: pose.map(|pose| pose.covariance_m2),
+        protection_level_m: pose.map(|pose| pose.protection_level_m),
         quality,
         rms_px: motion.as_ref().map(|motion| motion.rms),
         features: [from.len(), to.len()],
@@ -276,20 +284,6 @@ pub fn run(args: &Args) -> Result<Verdict> {
         print(&report.text())?;
     }
     Ok(report.ok.into())
-}
-
-/// Fits the pose of CUR relative to REF. The inner error is the reason why there is none.
-///
-/// # Errors
-/// The telemetry describes no view of the ground.
-fn located(readings: &[Telemetry], pictures: [&Plane<u16>; 2], estimate: &Estimate) -> Result<Result<Pose, PoseError>> {
-    let view = |i: usize| {
-        let (Telemetry { attitude, range, field_of_view, .. }, picture) = (readings[i], pictures[i]);
-        let camera = Camera::with_field_of_view(picture.width(), picture.height(), field_of_view)?;
-        View::new(camera, attitude, range)
-    };
-    let agreeing: Vec<Pair> = estimate.inliers.iter().map(|&i| estimate.pairs[i]).collect();
-    Ok(pose::fit(&view(0)?, &view(1)?, &readings[1].sensors, &agreeing, estimate.quality))
 }
 
 /// The reason why matches that agree are no estimate.
@@ -429,9 +423,11 @@ fn name(model: Model) -> &'static str {
 impl Report {
     /// Describes the displacement of the camera, or the reason why there is none although telemetry is given.
     fn metres(&self) -> String {
+        let level = self.protection_level_m.map(|level| format!("            protection level {level:.2} m\n"));
+        let level = level.unwrap_or_default();
         match (self.displacement_m, self.covariance_m2, &self.reason) {
             (Some([x, y]), Some([xx, _, _, yy]), _) => format!(
-                "camera      {x:+.3} m along X_e, {y:+.3} m along Y_e, standard errors {:.3} m and {:.3} m\n",
+                "camera      {x:+.3} m along X_e, {y:+.3} m along Y_e, standard errors {:.3} m and {:.3} m\n{level}",
                 xx.sqrt(),
                 yy.sqrt()
             ),

@@ -12,7 +12,7 @@ use std::process::{Command, Output};
 use hoverlock_pictures::data_dir;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::orthophoto::{Attitude, Camera, View};
-use nalgebra::Vector3;
+use nalgebra::Vector2;
 use serde_json::Value;
 
 use common::{assert_refused, ground, save};
@@ -45,9 +45,14 @@ fn view((position, attitude): &Place) -> View {
 
 /// What the camera sees.
 fn seen(place: &Place) -> Plane<u16> {
+    seen_through(place, |pixel| pixel)
+}
+
+/// What the camera sees through a lens that shows at a pixel what belongs at `straight` of it.
+fn seen_through(place: &Place, straight: impl Fn(Vector2<f64>) -> Vector2<f64> + Sync) -> Plane<u16> {
     let (to_ground, [x_e, y_e, _]) = (view(place).to_ground(), place.0);
     Plane::from_fn(WIDTH, HEIGHT, |x, y| {
-        let p = to_ground * Vector3::new(x as f64, y as f64, 1.0);
+        let p = to_ground * straight(Vector2::new(x as f64, y as f64)).push(1.0);
         ground((p.x / p.z + x_e) / SAMPLE, (p.y / p.z + y_e) / SAMPLE)
     })
 }
@@ -131,6 +136,44 @@ fn match_gives_metres_if_telemetry_is_given() {
     let (report, _) = json(&["match", &picture(0), &picture(1), "--telemetry", table.to_str().unwrap()]);
     assert_eq!((&report["ok"], &report["displacement_m"]), (&false.into(), &Value::Null), "{report}");
     assert!(report["homography"].is_array() && report["reason"].as_str().unwrap().contains("disagree"), "{report}");
+}
+
+/// 3 % at the corner of the picture. Nobody has calibrated it, or somebody has.
+#[test]
+fn the_metres_of_a_distorted_lens_are_as_uncertain_as_its_calibration() {
+    const BARREL: f64 = -0.088;
+    let camera = *view(&FLIGHT[0]).camera();
+    let straight = |pixel: Vector2<f64>| {
+        let seen = (pixel - camera.principal()) / camera.focal();
+        // The fixed point of `u = seen / (1 + k1 |u|^2)`.
+        let u = (0..20).fold(seen, |u, _| seen / (1.0 + BARREL * u.norm_squared()));
+        camera.principal() + u * camera.focal()
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    for (number, place) in FLIGHT.iter().enumerate() {
+        save(folder.path(), &format!("{number}.png"), &seen_through(place, straight));
+    }
+    fs::write(path("lens.toml"), format!("k1 = {{ value = {BARREL}, sigma = 0.001 }}\n")).unwrap();
+    for (number, place) in FLIGHT.iter().enumerate().skip(1) {
+        fs::write(path("two.csv"), telemetry(&[FLIGHT[0], *place])).unwrap();
+        let (reference, current, table, lens) =
+            (path("0.png"), path(&format!("{number}.png")), path("two.csv"), path("lens.toml"));
+        let measured = |calibration: &[&str]| {
+            let pictures = ["match", &reference, &current, "--telemetry", &table];
+            let (report, _) = json(&[&pictures, calibration].concat());
+            let [found, covariance] = ["displacement_m", "covariance_m2"].map(|key| numbers(&report[key]));
+            let level = report["protection_level_m"].as_f64().unwrap();
+            let error = (found[0] - place.0[0]).hypot(found[1] - place.0[1]);
+            let sigma = (covariance[0] + covariance[3]).sqrt();
+            assert!(error < 2.0 * sigma && error < level, "{number}: {error} m, sigma {sigma} m, level {level} m");
+            error
+        };
+        let [unknown, known] = [measured(&[]), measured(&["--calibration", &lens])];
+        assert!(known < 0.06 && known < unknown, "{number}: {unknown} m, and {known} m with its calibration");
+    }
+    let without_telemetry = hoverlock(&["match", &path("0.png"), &path("1.png"), "--calibration", &path("lens.toml")]);
+    assert_eq!(without_telemetry.status.code(), Some(2));
 }
 
 #[test]
