@@ -10,8 +10,8 @@ second best, in both directions) and MAGSAC with 2 px; fewer than 8 inliers are 
 corners through a pyramid, there and back.
 
 The flight program runs in `hoverlock cosim`, behind the bit-true extractor, without samples of an IMU, with the calibration of its
-camera and without one. The first frame is its reference, and the second comes twice, 2 s later; the last estimate counts. It is
-run each time. Exit status 2 on bad usage.
+camera and without one. The first frame is its reference, and the second comes twice, 2 s later; the last estimate counts. The metres
+of `hoverlock match` are another such method. Both are run each time. Exit status 2 on bad usage.
 """
 
 import argparse
@@ -35,7 +35,9 @@ CORNER_QUALITY, CORNER_SEPARATION_PX, WINDOW, TOP_LEVEL, MAX_RETURN_PX = 0.01, 1
 FLOWN_AT_S = (0.0, 2.0, 2.067)
 # The camera of the flights has no errors. What the flight program knows of it is as good as a calibration with a chessboard.
 CALIBRATION = "k1 = { value = 0.0, sigma = 0.001 }\nfocal = { value = 0.0, sigma = 0.001 }\nreadout_s = { value = 0.0, sigma = 0.0001 }\n"
-FLOWN = {"flight_program": CALIBRATION, "uncalibrated": ""}
+# Command and calibration of each method that gives metres and no matches.
+FLOWN = {"flight_program": ("cosim", CALIBRATION), "uncalibrated": ("cosim", ""),
+         "match": ("match", CALIBRATION), "match_uncalibrated": ("match", "")}
 DETECTORS = {
     "orb": lambda: cv2.ORB_create(MAX_FEATURES),
     "akaze": lambda: cv2.xfeatures2d.AKAZE_create(),
@@ -54,27 +56,33 @@ def build(package: str, name: str, *kind: str) -> str:
 
 
 def fly(program: str, folder: Path, name: str, method: str) -> None:
-    """Passes the frames of a flight to the flight program, and writes its last displacement and covariance for the example."""
+    """Passes the frames of a flight to the flight program or to `match`, and writes the last displacement for the example."""
+    command, calibration = FLOWN[method]
+    header, first, second = (folder / f"{name}.telemetry.csv").read_text().split()
+    frames = list(zip(("ref", "cur", "cur"), FLOWN_AT_S, (first, second, second)))
+    if command == "match":
+        frames.pop()
     with tempfile.TemporaryDirectory(dir=folder) as sequence:
-        header, first, second = (folder / f"{name}.telemetry.csv").read_text().split()
-        rows = zip(("ref", "cur", "cur"), FLOWN_AT_S, (first, second, second))
-        lines = ["time_s," + header]
-        for number, (which, time_s, row) in enumerate(rows):
-            os.link(folder / f"{name}.{which}.pgm", Path(sequence, f"{number}.pgm"))
-            lines.append(f"{time_s},{row}")
-        Path(sequence, "telemetry.csv").write_text("\n".join(lines) + "\n")
-        Path(sequence, "calibration.toml").write_text(FLOWN[method])
+        pictures = [Path(sequence, f"{number}.pgm") for number in range(len(frames))]
+        for picture, (which, _, _) in zip(pictures, frames):
+            os.link(folder / f"{name}.{which}.pgm", picture)
+        telemetry, camera = Path(sequence, "telemetry.csv"), Path(sequence, "calibration.toml")
+        telemetry.write_text("\n".join(["time_s," + header, *(f"{time_s},{row}" for _, time_s, row in frames)]) + "\n")
+        camera.write_text(calibration)
+        arguments = [*pictures, "--telemetry", telemetry, "--calibration", camera] if command == "match" else [sequence]
         start = time.perf_counter()
-        # Status 1: no frame has an estimate.
-        run = subprocess.run([program, "cosim", "--json", sequence], stdout=subprocess.PIPE, text=True)
+        # Status 1: there is no estimate.
+        run = subprocess.run([program, command, "--json", *arguments], stdout=subprocess.PIPE, text=True)
         if run.returncode not in (0, 1):
             raise subprocess.CalledProcessError(run.returncode, run.args)
-        last = json.loads(run.stdout)["estimates"][-1]
-    found = "none"
-    if "covariance_m2" in last:
-        found = " ".join(str(v) for v in [last["x_e_m"], last["y_e_m"], *last["covariance_m2"]])
+        result = json.loads(run.stdout)
+    if command == "match":
+        numbers = [*(result["displacement_m"] or ()), *(result["covariance_m2"] or ())]
+    else:
+        last = result["estimates"][-1]
+        numbers = [last["x_e_m"], last["y_e_m"], *last["covariance_m2"]] if "covariance_m2" in last else []
     part = folder / f"{name}.{method}.part"
-    part.write_text(f"{1e3 * (time.perf_counter() - start):.3f}\n{found}\n")
+    part.write_text(f"{1e3 * (time.perf_counter() - start):.3f}\n{' '.join(map(str, numbers)) or 'none'}\n")
     part.rename(folder / f"{name}.{method}.txt")
 
 

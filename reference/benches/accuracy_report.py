@@ -11,15 +11,16 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "setup"))
 import results  # noqa: E402
 
 # Methods by their names in the scores, in the documents and in `docs/results.json`.
-METHODS = {"flight_program": "Flight_program", "uncalibrated": "Uncalibrated", "hoverlock": "Hoverlock", "orb": "ORB", "akaze": "AKAZE",
-           "brisk": "BRISK", "sift": "SIFT", "klt": "KLT"}
+METHODS = {"flight_program": "Flight_program", "uncalibrated": "Uncalibrated", "match": "Match", "match_uncalibrated": "Match_uncalibrated",
+           "hoverlock": "Hoverlock", "orb": "ORB", "akaze": "AKAZE", "brisk": "BRISK", "sift": "SIFT", "klt": "KLT"}
 # Those that give no matches, with their lines in the table.
-FLOWN = {"flight_program": "**flight program**", "uncalibrated": "**flight program**, camera not calibrated"}
+FLOWN = {"flight_program": "**flight program**", "uncalibrated": "**flight program**, camera not calibrated",
+         "match": "`match`", "match_uncalibrated": "`match`, camera not calibrated"}
 # The methods whose covariance is judged, with the beginnings of their names in `docs/results.json`.
-OURS = {"hoverlock": "", "flight_program": "flight_program_"}
+OURS = {"match": "", "flight_program": "flight_program_"}
 # Columns of the pose in the table, with the condition of each.
 POSES = {"wide": "nominal", "hover": "hover", "narrow": "narrow", "relief": "relief"}
-COLOURS = ["#111111", "#888888", "#c0392b", "#2471a3", "#1e8449", "#b9770e", "#7d3c98", "#5d6d7e"]
+COLOURS = ["#111111", "#888888", "#0e6655", "#a2d9ce", "#c0392b", "#2471a3", "#1e8449", "#b9770e", "#7d3c98", "#5d6d7e"]
 # Largest error at the centre of the frame of a correct motion, px.
 MAX_CENTRE_ERROR_PX = 2.0
 
@@ -131,7 +132,7 @@ def values(rows) -> dict[str, dict[str, float]]:
     for method, prefix in OURS.items():
         nees = numbers(of_method(rows, method, True), "nees")
         covariance |= {f"all.{prefix}nees": round(average(nees), 2), f"all.{prefix}outside": sum(v > 9 for v in nees)}
-    covariance["all.flights"] = len(of_method(rows, "hoverlock", True))
+    covariance["all.flights"] = len(of_method(rows, "match", True))
     return {"accuracy.methods": methods, "accuracy.covariance": covariance}
 
 
@@ -163,7 +164,7 @@ def pose_plot(rows) -> str:
             if values:
                 v = min(max(rms(values), 10**low), 10**high)
                 fill = colour[method] if refined else "white"
-                body.append(f'<circle cx="{x(i) + 6 * (m - 4):.1f}" cy="{y(v):.1f}" r="{5 if method in OURS else 3.5}" '
+                body.append(f'<circle cx="{x(i) + 6 * (m - len(METHODS) / 2):.1f}" cy="{y(v):.1f}" r="{5 if method in OURS else 3.5}" '
                             f'fill="{fill}" stroke="{colour[method]}" stroke-width="2"/>')
     for m, (method, name) in enumerate(METHODS.items()):
         body += [f'<circle cx="{40 + 108 * m}" cy="{bottom + 42}" r="5" fill="{colour[method]}"/>',
@@ -173,7 +174,7 @@ def pose_plot(rows) -> str:
 
 def reliability_plot(rows) -> str:
     """Plots the fraction of the flights whose error is within the ellipse of a given probability."""
-    probabilities = sorted(1 - math.exp(-v / 2) for v in numbers(of_method(rows, "hoverlock", True), "nees"))
+    probabilities = sorted(1 - math.exp(-v / 2) for v in numbers(of_method(rows, "match", True), "nees"))
     left, top, side = 60, 40, 320
     place = lambda p, q: f"{left + side * p:.1f} {top + side * (1 - q):.1f}"
     body = [text(220, 20, f"Reliability of the covariance, {len(probabilities)} flights")]

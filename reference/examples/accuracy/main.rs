@@ -15,8 +15,9 @@
 //! does so with OpenCV, and calls both parts. Each result is scored as it is and refined on the frames, all by the same
 //! refinement.
 //!
-//! The flight program gives no matches. `NAME.flight_program.txt`, and `NAME.uncalibrated.txt` without a calibration of
-//! the camera, have the milliseconds of its run, then `none`, or displacement (m) and covariance (m^2, row by row).
+//! The flight program and the metres of `match` have no matches. `NAME.flight_program.txt` and `NAME.match.txt`, and
+//! `NAME.uncalibrated.txt` and `NAME.match_uncalibrated.txt` without a calibration of the camera, have the milliseconds
+//! of the run, then `none`, or displacement (m) and covariance (m^2, row by row).
 
 mod conditions;
 mod scene;
@@ -327,7 +328,7 @@ fn lines(run: &Run, folder: &Path) -> Outcome<String> {
         }
     }
     let mut scores = Vec::new();
-    for method in ["flight_program", "uncalibrated"] {
+    for method in ["flight_program", "uncalibrated", "match", "match_uncalibrated"] {
         let flown = folder.join(format!("{}.{method}.txt", run.name));
         if flown.exists() {
             scores.push((method, true, judge_flight(&flown, &flight)?));
