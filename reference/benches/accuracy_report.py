@@ -164,12 +164,13 @@ def pose_plot(rows) -> str:
             if values:
                 v = min(max(rms(values), 10**low), 10**high)
                 fill = colour[method] if refined else "white"
-                body.append(f'<circle cx="{x(i) + 6 * (m - len(METHODS) / 2):.1f}" cy="{y(v):.1f}" r="{5 if method in OURS else 3.5}" '
+                body.append(f'<circle cx="{x(i) + 5.5 * (m - len(METHODS) / 2):.1f}" cy="{y(v):.1f}" r="{5 if method in OURS else 3.5}" '
                             f'fill="{fill}" stroke="{colour[method]}" stroke-width="2"/>')
     for m, (method, name) in enumerate(METHODS.items()):
-        body += [f'<circle cx="{40 + 108 * m}" cy="{bottom + 42}" r="5" fill="{colour[method]}"/>',
-                 text(50 + 108 * m, bottom + 46, name.replace("_", " "), "start")]
-    return frame(900, 390, body)
+        column, row = m % 5, m // 5
+        body += [f'<circle cx="{40 + 172 * column}" cy="{bottom + 42 + 20 * row}" r="5" fill="{colour[method]}"/>',
+                 text(50 + 172 * column, bottom + 46 + 20 * row, name.replace("_", " "), "start")]
+    return frame(900, 410, body)
 
 
 def reliability_plot(rows) -> str:
