@@ -20,7 +20,7 @@
 use crate::line::Estimate;
 use crate::message::{CALIBRATION, MessageError, Telemetry};
 use hoverlock_reference::motion::observation::SensorErrors;
-use hoverlock_reference::motion::orthophoto::{Attitude, Camera};
+use hoverlock_reference::motion::orthophoto::{Attitude, Camera, ViewError};
 use nalgebra::{Matrix3, Vector2};
 use serde::{Deserialize, Serialize};
 
@@ -151,9 +151,15 @@ impl Calibration {
         values.into_iter().chain(sigmas).flat_map(f64::to_le_bytes).collect()
     }
 
-    /// Returns the camera with its principal point.
-    pub fn camera(&self, camera: Camera) -> Camera {
-        camera.with_offset(Vector2::from(self.principal_px.value))
+    /// Returns the camera of a frame of `width` x `height` px with its principal point, and the readings of the
+    /// inertial sensor as those of the camera.
+    ///
+    /// # Errors
+    /// The field of view of the readings is not that of a camera.
+    pub fn seen_by(&self, [width, height]: [usize; 2], readings: &Telemetry) -> Result<(Camera, Telemetry), ViewError> {
+        let camera = Camera::with_field_of_view(width, height, readings.field_of_view)?;
+        let readings = self.of_camera(readings, camera.focal());
+        Ok((camera.with_offset(Vector2::from(self.principal_px.value)), readings))
     }
 
     /// Returns the rotation from the camera to the inertial sensor; `None` if they are aligned.
@@ -165,7 +171,7 @@ impl Calibration {
     }
 
     /// Returns the readings of the inertial sensor as those of the camera, which has the focal length `focal` (px).
-    pub fn of_camera(&self, readings: &Telemetry, focal: f64) -> Telemetry {
+    fn of_camera(&self, readings: &Telemetry, focal: f64) -> Telemetry {
         let attitude = match self.boresight() {
             Some(boresight) => Attitude::of_rotation(&(readings.attitude.rotation() * boresight)),
             None => readings.attitude,

@@ -21,7 +21,6 @@ use hoverlock_reference::features::feature::Feature;
 use hoverlock_reference::motion::budget::{Budget, UNIT_INSTRUCTIONS};
 use hoverlock_reference::motion::mark::{Part, mark};
 use hoverlock_reference::motion::model::Pair;
-use hoverlock_reference::motion::orthophoto::Camera;
 
 /// Features of a frame that are used at most: those with the largest responses.
 pub(crate) const MAX_FEATURES: usize = 1024;
@@ -343,11 +342,9 @@ impl Navigator {
         budget: &mut Budget,
     ) -> Result<Option<Estimate>, Reason> {
         let size = self.size.ok_or(Reason::Registers)?;
-        let [width, height] = [size.width, size.height].map(usize::from);
-        let camera = self.calibration.camera(Camera::with_field_of_view(width, height, telemetry.field_of_view)?);
-        let telemetry = &self.calibration.of_camera(telemetry, camera.focal());
+        let (camera, telemetry) = self.calibration.seen_by([size.width, size.height].map(usize::from), telemetry)?;
         let pixels = self.pixels.as_ref().zip(frame).and_then(|(pixels, number)| pixels.of_frame(number));
-        let seen = Seen { frame, telemetry, camera, features: &self.current, pixels };
+        let seen = Seen { frame, telemetry: &telemetry, camera, features: &self.current, pixels };
         if self.capture {
             self.tracker.capture(&seen, budget)?;
             (self.capture, self.renew) = (false, false);

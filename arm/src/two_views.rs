@@ -8,7 +8,6 @@ use crate::tracker::{Seen, Tracker};
 use hoverlock_reference::features::feature::Feature;
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::budget::Budget;
-use hoverlock_reference::motion::orthophoto::Camera;
 
 /// Time that is assumed between the pictures, us: a reference that is found so much later is confirmed.
 const BETWEEN_US: u64 = 2_000_000;
@@ -34,10 +33,8 @@ pub fn estimate(pictures: [Picture<'_>; 2], calibration: &Calibration) -> Result
     let mut budget = Budget::UNLIMITED;
     let mut estimate = Err(Reason::Reference);
     for (number, Picture { telemetry, features, pixels }) in pictures.into_iter().enumerate() {
-        let camera = Camera::with_field_of_view(pixels.width(), pixels.height(), telemetry.field_of_view)?;
-        let camera = calibration.camera(camera);
-        let time_us = BETWEEN_US * number as u64;
-        let telemetry = &Telemetry { time_us, ..calibration.of_camera(telemetry, camera.focal()) };
+        let (camera, telemetry) = calibration.seen_by([pixels.width(), pixels.height()], telemetry)?;
+        let telemetry = &Telemetry { time_us: BETWEEN_US * number as u64, ..telemetry };
         let features = &strongest(features);
         let seen = Seen { frame: None, telemetry, camera, features, pixels: Some(pixels) };
         if number == 0 {
