@@ -65,6 +65,9 @@ pub enum Reason {
     /// Too few landmarks of a keyframe agree with one pose.
     #[error("no estimate: {0} landmarks agree")]
     Sightings(usize),
+    /// The equations of the fit to this number of landmarks are singular, as with a lens that folds.
+    #[error("no estimate: no pose can be fitted to the {0} landmarks that were matched")]
+    Singular(usize),
     /// The pictures show a motion that the prediction excludes.
     #[error("no estimate: pictures and sensors disagree (chi squared {0:.0})")]
     Implausible(f64),

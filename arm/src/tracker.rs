@@ -511,7 +511,7 @@ impl Tracker {
         let fitted =
             filter.update_sightings(k, [&keyframe.camera, &present.camera], sightings, min_inliers, max_cells, budget);
         let fitted = fitted
-            .ok_or_else(|| if budget.is_exhausted() { Reason::Work } else { Reason::Sightings(sightings.len()) })?;
+            .ok_or_else(|| if budget.is_exhausted() { Reason::Work } else { Reason::Singular(sightings.len()) })?;
         if !fitted.is_applied {
             let few = fitted.inliers < min_inliers;
             return Err(if few { Reason::Sightings(fitted.inliers) } else { Reason::Implausible(fitted.innovation) });

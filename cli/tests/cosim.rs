@@ -172,6 +172,12 @@ fn the_metres_of_a_distorted_lens_are_as_uncertain_as_its_calibration() {
         let [unknown, known] = [measured(&[]), measured(&["--calibration", &lens])];
         assert!(known < 0.06 && known < unknown, "{number}: {unknown} m, and {known} m with its calibration");
     }
+    // With such a lens the corners would be seen twice, within the picture.
+    fs::write(path("folded.toml"), "k1 = { value = -1.0, sigma = 0.001 }\n").unwrap();
+    fs::write(path("wide.csv"), telemetry(&FLIGHT[..2]).replace(", 50, ", ", 120, ")).unwrap();
+    let pictures = ["match", &path("0.png"), &path("1.png"), "--telemetry", &path("wide.csv")];
+    let (report, _) = json(&[&pictures[..], &["--calibration", &path("folded.toml")]].concat());
+    assert!(report["reason"].as_str().unwrap().contains("no pose can be fitted"), "{report}");
     let without_telemetry = hoverlock(&["match", &path("0.png"), &path("1.png"), "--calibration", &path("lens.toml")]);
     assert_eq!(without_telemetry.status.code(), Some(2));
 }
