@@ -22,6 +22,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import Callable, NamedTuple
 
 import accuracy_report
 import cv2
@@ -31,13 +32,8 @@ MAX_FEATURES, MAX_RATIO, INLIER_RADIUS_PX, MIN_INLIERS = 1000, 0.9, 2.0, 8
 # KLT: quality and distance of the corners as in OpenCV's example; six levels reach a motion of 200 px. A track that returns
 # further than MAX_RETURN_PX from its start is dropped.
 CORNER_QUALITY, CORNER_SEPARATION_PX, WINDOW, TOP_LEVEL, MAX_RETURN_PX = 0.01, 10, (21, 21), 5, 0.5
-# Times of the frames that the flight program gets, s: after 2 s a reference is confirmed by one frame.
-FLOWN_AT_S = (0.0, 2.0, 2.067)
 # The camera of the flights has no errors. What the flight program knows of it is as good as a calibration with a chessboard.
 CALIBRATION = "k1 = { value = 0.0, sigma = 0.001 }\nfocal = { value = 0.0, sigma = 0.001 }\nreadout_s = { value = 0.0, sigma = 0.0001 }\n"
-# Command and calibration of each method that gives metres and no matches.
-FLOWN = {"flight_program": ("cosim", CALIBRATION), "uncalibrated": ("cosim", ""),
-         "match": ("match", CALIBRATION), "match_uncalibrated": ("match", "")}
 DETECTORS = {
     "orb": lambda: cv2.ORB_create(MAX_FEATURES),
     "akaze": lambda: cv2.xfeatures2d.AKAZE_create(),
@@ -55,34 +51,60 @@ def build(package: str, name: str, *kind: str) -> str:
     return next(a["executable"] for a in artefacts if a.get("target", {}).get("name") == name and a["executable"])
 
 
+class Command(NamedTuple):
+    """A command that gives metres and no matches.
+
+    `times_s` are those of its frames: the reference, and then the second picture once or more. `arguments` become its command
+    line from the folder of the frames, `numbers` its displacement and covariance from what it prints.
+    """
+
+    times_s: tuple[float, ...]
+    arguments: Callable[[Path], list]
+    numbers: Callable[[dict], list[float]]
+
+
+def numbers_of_match(result: dict) -> list[float]:
+    return [*(result["displacement_m"] or ()), *(result["covariance_m2"] or ())]
+
+
+def numbers_of_cosim(result: dict) -> list[float]:
+    last = result["estimates"][-1]
+    return [last["x_e_m"], last["y_e_m"], *last["covariance_m2"]] if "covariance_m2" in last else []
+
+
+COMMANDS = {
+    # After 2 s a reference is confirmed by one frame.
+    "cosim": Command((0.0, 2.0, 2.067), lambda folder: [folder], numbers_of_cosim),
+    "match": Command((0.0, 2.0), lambda folder: [*sorted(folder.glob("*.pgm")), "--telemetry", folder / "telemetry.csv",
+                                               "--calibration", folder / "calibration.toml"], numbers_of_match),
+}
+# Command and calibration of each method that gives metres and no matches.
+FLOWN = {"flight_program": ("cosim", CALIBRATION), "uncalibrated": ("cosim", ""),
+         "match": ("match", CALIBRATION), "match_uncalibrated": ("match", "")}
+
+
 def fly(program: str, folder: Path, name: str, method: str) -> None:
     """Passes the frames of a flight to the flight program or to `match`, and writes the last displacement for the example."""
     command, calibration = FLOWN[method]
-    header, first, second = (folder / f"{name}.telemetry.csv").read_text().split()
-    frames = list(zip(("ref", "cur", "cur"), FLOWN_AT_S, (first, second, second)))
-    if command == "match":
-        frames.pop()
+    times_s, arguments, numbers = COMMANDS[command]
+    header, *rows = (folder / f"{name}.telemetry.csv").read_text().split()
     with tempfile.TemporaryDirectory(dir=folder) as sequence:
-        pictures = [Path(sequence, f"{number}.pgm") for number in range(len(frames))]
-        for picture, (which, _, _) in zip(pictures, frames):
-            os.link(folder / f"{name}.{which}.pgm", picture)
-        telemetry, camera = Path(sequence, "telemetry.csv"), Path(sequence, "calibration.toml")
-        telemetry.write_text("\n".join(["time_s," + header, *(f"{time_s},{row}" for _, time_s, row in frames)]) + "\n")
-        camera.write_text(calibration)
-        arguments = [*pictures, "--telemetry", telemetry, "--calibration", camera] if command == "match" else [sequence]
+        telemetry = ["time_s," + header]
+        for number, time_s in enumerate(times_s):
+            second = min(number, 1)
+            os.link(folder / f"{name}.{('ref', 'cur')[second]}.pgm", Path(sequence, f"{number}.pgm"))
+            telemetry.append(f"{time_s},{rows[second]}")
+        Path(sequence, "telemetry.csv").write_text("\n".join(telemetry) + "\n")
+        Path(sequence, "calibration.toml").write_text(calibration)
         start = time.perf_counter()
         # Status 1: there is no estimate.
-        run = subprocess.run([program, command, "--json", *arguments], stdout=subprocess.PIPE, text=True)
+        run = subprocess.run([program, command, "--json", *arguments(Path(sequence))], stdout=subprocess.PIPE, text=True)
         if run.returncode not in (0, 1):
             raise subprocess.CalledProcessError(run.returncode, run.args)
-        result = json.loads(run.stdout)
-    if command == "match":
-        numbers = [*(result["displacement_m"] or ()), *(result["covariance_m2"] or ())]
-    else:
-        last = result["estimates"][-1]
-        numbers = [last["x_e_m"], last["y_e_m"], *last["covariance_m2"]] if "covariance_m2" in last else []
+        seconds = time.perf_counter() - start
+    found = " ".join(map(str, numbers(json.loads(run.stdout)))) or "none"
     part = folder / f"{name}.{method}.part"
-    part.write_text(f"{1e3 * (time.perf_counter() - start):.3f}\n{' '.join(map(str, numbers)) or 'none'}\n")
+    part.write_text(f"{1e3 * seconds:.3f}\n{found}\n")
     part.rename(folder / f"{name}.{method}.txt")
 
 
