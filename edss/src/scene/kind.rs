@@ -8,7 +8,7 @@ impl Scene {
         matches!(self.ground, Ground::Water(_))
     }
 
-    /// Returns `true` if the ground is level and has no buildings and trees.
+    /// Returns `true` if the ground is level and has no buildings, and no trees but those that grow in a field.
     pub fn is_flat(&self) -> bool {
         let level = match &self.relief {
             None => true,
