@@ -16,7 +16,12 @@
 //!
 //! **Confirmation.** Waves look like ground until they have moved on. So no estimate is published until the captured
 //! frame has been found again [`CONFIRMATION_AGE_US`] after its capture. Until then the laser ranges are collected. If
-//! their median contradicts the range at the capture, the height is corrected.
+//! their median contradicts the range at the capture, the height is corrected. Without samples of the IMU that may be
+//! later too, as long as no range has agreed with the first.
+//!
+//! **Contradicting readings.** The filter ignores a reading that contradicts its state. Without samples of the IMU
+//! nothing says which of the two is wrong, so the standard error includes the displacement under the other
+//! ([`Contradiction`]).
 //!
 //! **Covariance and protection level.** The filter counts a 16th of the information of sightings, because some errors
 //! persist. Of its covariance `P` and the inconsistency ([`Inconsistency`]), that of the frame or that with which its
@@ -56,6 +61,10 @@ const MAX_SAMPLES: usize = 1024;
 const MAX_SAMPLE_INTERVAL_US: u64 = 50_000;
 /// Time between two frames that the samples need not cover, us: two samples at 200 a second.
 const MAX_UNCOVERED_US: u64 = 10_000;
+/// Time by which a sample may be later than a frame, us: with more its clock is another.
+const MAX_AHEAD_US: u64 = 5_000_000;
+/// Largest jumps from one sample to the next that need no other to confirm them, rad/s and m/s^2.
+const MAX_JUMPS: [f64; 2] = [5.0, 50.0];
 /// Longest time over which a prediction without samples grows, s.
 const MAX_FREE_S: f64 = 10.0;
 
@@ -114,7 +123,7 @@ const MAX_CONFIRMATION_LEVEL_M: f64 = 20.0;
 /// Limits of the count of frames that could confirm less those that could not, which must be positive: a search finds
 /// something once.
 const CONFIRMATION_COUNT_LIMITS: [i32; 2] = [-15, 5];
-/// Laser ranges that are collected until then.
+/// Laser ranges that are collected after a capture.
 const MAX_FIRST_HEIGHTS: usize = 32;
 /// Laser ranges that a median needs.
 const MIN_FIRST_HEIGHTS: usize = 3;
@@ -169,6 +178,22 @@ struct Found {
     inconsistency: Inconsistency,
 }
 
+/// By how much the readings of a frame contradict the state of the filter, which ignores them.
+#[derive(Debug, Clone, Copy, Default)]
+struct Contradiction {
+    /// Of attitude, rad about each axis.
+    turn: Vector3<f64>,
+    /// Of range, as a part of the range that was expected.
+    scale: f64,
+}
+
+impl Contradiction {
+    /// Returns how far a displacement of `moved` (m) at a height (m) is off if the readings are right, m.
+    fn error(&self, moved: f64, height: f64) -> f64 {
+        (height * self.turn.xy().norm()).hypot(moved * self.turn.z).hypot(moved * self.scale)
+    }
+}
+
 /// The estimator with its memory.
 pub struct Tracker {
     filter: Filter,
@@ -182,13 +207,20 @@ pub struct Tracker {
     captured: u64,
     /// Inconsistency of the last estimate.
     inconsistency: Inconsistency,
+    /// That of the last frame; none with samples of the IMU.
+    contradiction: Contradiction,
     time_us: u64,
+    /// Time of the capture; the largest number if its clock is not that of the frames.
     captured_us: u64,
     confirmed: bool,
+    /// A range has agreed with that of the capture.
+    is_range_agreed: bool,
     /// Frames that could confirm the captured one less those that could not.
     confirmation_count: i32,
     first_heights: Vec<f64>,
     samples: Vec<InertialSample>,
+    /// A sample later than those, too far from the last of them.
+    doubtful: Option<InertialSample>,
     /// Samples that came since the last frame.
     taken: usize,
     steps: Vec<Step>,
@@ -208,12 +240,15 @@ impl Tracker {
             commanded: None,
             captured: 0,
             inconsistency: Inconsistency::NONE,
+            contradiction: Contradiction::default(),
             time_us: 0,
             captured_us: 0,
             confirmed: false,
+            is_range_agreed: false,
             confirmation_count: 0,
             first_heights: Vec::with_capacity(MAX_FIRST_HEIGHTS),
             samples: Vec::with_capacity(MAX_SAMPLES),
+            doubtful: None,
             taken: 0,
             steps: Vec::with_capacity(MAX_SAMPLES + 1),
             memory: MatchMemory::with_capacity(features),
@@ -245,18 +280,33 @@ impl Tracker {
         self.filter.calibrate(calibration);
     }
 
-    /// Forgets the samples of the IMU and the time of the last frame.
+    /// Forgets the samples of the IMU and the times of frames.
     pub fn restart_clock(&mut self) {
         self.samples.clear();
-        self.time_us = 0;
+        self.doubtful = None;
+        (self.time_us, self.captured_us) = (0, u64::MAX);
     }
 
-    /// Takes a sample of the IMU. Samples that are not later than the one before are ignored.
+    /// Takes a sample of the IMU. One that is not later than the one before is ignored, and one that jumps is kept if
+    /// the next confirms it.
     pub fn take_sample(&mut self, sample: InertialSample) {
         self.taken = self.taken.saturating_add(1);
-        if self.samples.last().is_some_and(|last| last.time_us >= sample.time_us) {
+        let newest = self.doubtful.as_ref().or(self.samples.last());
+        if newest.is_some_and(|newest| newest.time_us >= sample.time_us) {
             return;
         }
+        if let Some(doubtful) = self.doubtful.take_if(|doubtful| !jumps(doubtful, &sample)) {
+            self.keep_sample(doubtful);
+        }
+        self.doubtful = None;
+        if self.samples.last().is_some_and(|last| jumps(last, &sample)) {
+            self.doubtful = Some(sample);
+        } else {
+            self.keep_sample(sample);
+        }
+    }
+
+    fn keep_sample(&mut self, sample: InertialSample) {
         if self.samples.len() == MAX_SAMPLES {
             self.samples.drain(..MAX_SAMPLES / 8);
         }
@@ -279,6 +329,7 @@ impl Tracker {
         self.filter.restart(height, attitude, sensors, width, is_known && self.confirmed);
         self.clear();
         (self.captured_us, self.confirmed, self.confirmation_count) = (telemetry.time_us, false, 0);
+        self.is_range_agreed = false;
         self.first_heights.clear();
         self.inconsistency = Inconsistency::NONE;
         self.add_keyframe(present, budget);
@@ -297,13 +348,19 @@ impl Tracker {
         }
         self.predict(telemetry, budget);
         let filter = &mut self.filter;
-        filter.update_attitude(&telemetry.attitude, &telemetry.sensors);
-        filter.update_range(telemetry.range, telemetry.sensors.range);
-        if !self.confirmed
+        let turn = filter.update_attitude(&telemetry.attitude, &telemetry.sensors);
+        let scale = filter.update_range(telemetry.range, telemetry.sensors.range);
+        let is_free = filter.is_free();
+        self.contradiction = if is_free { Contradiction { turn, scale } } else { Contradiction::default() };
+        self.is_range_agreed |= scale == 0.0;
+        if !(self.confirmed && self.is_range_agreed)
             && telemetry.sensors.range <= MAX_RANGE_ERROR_M
             && self.first_heights.len() < MAX_FIRST_HEIGHTS
         {
             self.first_heights.push(view.height());
+        }
+        if is_free && !self.is_range_agreed {
+            self.correct_height();
         }
         if features.len() < MIN_FEATURES {
             return Err(Reason::Features(features.len()));
@@ -328,8 +385,9 @@ impl Tracker {
     /// Confirms the captured frame by one that has found it, or returns the reason why it does not.
     fn confirm(&mut self, present: &Seen<'_>, found: &Result<(Found, Option<Found>), Reason>) -> Result<(), Reason> {
         let [least, most] = CONFIRMATION_AGE_S;
-        // Of a frame that is stamped before the captured one the age is not known.
-        let age = present.telemetry.time_us.checked_sub(self.captured_us).map_or(most, |age| age as f64 / 1e6);
+        // If a frame is stamped before the captured one, the time between them is not known: it begins here.
+        self.captured_us = self.captured_us.min(present.telemetry.time_us);
+        let age = (present.telemetry.time_us - self.captured_us) as f64 / 1e6;
         let known = found.clone().and_then(|(found, _)| {
             let level = self.result(present, found)?.protection_level_m;
             let is_large = |at: f64| found.share >= CONFIRMATION_SHARE_S / at;
@@ -353,6 +411,9 @@ impl Tracker {
     fn predict(&mut self, telemetry: &Telemetry, budget: &mut Budget) -> bool {
         let (from, to) = (self.time_us, telemetry.time_us);
         self.time_us = to;
+        let is_near = |sample: &InertialSample| sample.time_us <= to.saturating_add(MAX_AHEAD_US);
+        self.samples.truncate(self.samples.partition_point(is_near));
+        self.doubtful = self.doubtful.take().filter(is_near);
         let filter = &mut self.filter;
         let elapsed = to.checked_sub(from);
         let steps = &mut self.steps;
@@ -373,12 +434,17 @@ impl Tracker {
             }
         }
         if let Some(last) = self.samples.last() {
-            push(last.time_us, last.time_us + MAX_SAMPLE_INTERVAL_US, last, last);
+            push(last.time_us, last.time_us.saturating_add(MAX_SAMPLE_INTERVAL_US), last, last);
         }
         // The sample before the frame begins the next interval.
         let kept = self.samples.iter().rposition(|sample| sample.time_us <= to).unwrap_or(0);
         self.samples.drain(..kept);
-        let is_covered = elapsed.is_some_and(|elapsed| covered + MAX_UNCOVERED_US >= elapsed);
+        let is_covered = match elapsed {
+            // A frame that comes again.
+            Some(0) => !self.samples.is_empty(),
+            Some(elapsed) => covered > 0 && covered + MAX_UNCOVERED_US >= elapsed,
+            None => false,
+        };
         let group = self.steps.len().div_ceil(MAX_STEPS).max(1);
         let steps = self.steps.chunks(group).map(Step::merged);
         // A frame has the units for this, which are less than half of its budget, unless a flood of samples came.
@@ -633,17 +699,19 @@ impl Tracker {
     }
 
     /// Returns the displacement (m) with its covariance (m^2) and the standard error along the worse direction (m), all
-    /// of the filter.
+    /// of the filter and of readings that contradict it.
     ///
     /// # Errors
     /// The standard error is larger than that of an estimate may be.
     fn place(&self, telemetry: &Telemetry) -> Result<(Vector3<f64>, Matrix2<f64>, f64), Reason> {
         let (moved, covariance) = self.filter.displacement(0).ok_or(Reason::Reference)?;
+        let of_readings = self.contradiction.error(moved.xy().norm(), -self.filter.pose.position.z);
+        let covariance = covariance + Matrix3::identity() * (of_readings * of_readings);
         let [xx, xy, yy] = [covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]];
         let largest = (xx + yy) / 2.0 + ((xx - yy) * (xx - yy) / 4.0 + xy * xy).sqrt();
-        let sigma = largest.max(0.0).sqrt();
+        let sigma = largest.sqrt();
         let heading = telemetry.sensors.heading;
-        if sigma > MAX_STANDARD_ERROR_M.max(MAX_RELATIVE_ERROR.hypot(heading) * moved.xy().norm()) {
+        if sigma.is_nan() || sigma > MAX_STANDARD_ERROR_M.max(MAX_RELATIVE_ERROR.hypot(heading) * moved.xy().norm()) {
             return Err(Reason::Uncertain(sigma));
         }
         Ok((moved, Matrix2::new(xx, xy, xy, yy), sigma))
@@ -731,6 +799,13 @@ impl Tracker {
 /// `displacement` (m) over level ground.
 fn ground_homography(reference: &View, current: &View, displacement: Vector2<f64>) -> Matrix3<f64> {
     current.from_ground() * Matrix3::new_translation(&-displacement) * reference.to_ground()
+}
+
+/// Returns `true` if a sample differs from the one before by more than a helicopter does in that time.
+fn jumps(before: &InertialSample, sample: &InertialSample) -> bool {
+    let [rate, force] = MAX_JUMPS;
+    let differ = |a: &[f64; 3], b: &[f64; 3], most: f64| a.iter().zip(b).any(|(a, b)| (a - b).abs() > most);
+    differ(&before.rates, &sample.rates, rate) || differ(&before.force, &sample.force, force)
 }
 
 /// Returns the homography that fits pairs best, and keeps those that are near it; `None` if they determine none.
@@ -833,6 +908,50 @@ mod tests {
         }
         let [limit, beyond] = [MAX_RAISE, 3.0 * MAX_RAISE].map(|factor| level(&tracker, of(factor, factor)));
         assert!((beyond[0] / limit[0] - 3.0).abs() < 1e-9 && beyond[1] == limit[1]);
+    }
+
+    /// Returns a sample of a hover with a force upwards, m/s^2.
+    fn sample(time_us: u64, force: f64) -> InertialSample {
+        InertialSample { time_us, rates: [0.0; 3], force: [0.0, 0.0, -force] }
+    }
+
+    #[test]
+    fn one_sample_that_jumps_is_left_out_and_two_are_kept() {
+        let mut tracker = Tracker::with_capacity(MIN_FEATURES);
+        let forces = [9.8, 9.8, 200.0, 9.8, 9.8, 70.0, 71.0, 9.8, 200.0, -200.0, 9.8];
+        for (i, force) in forces.into_iter().enumerate() {
+            tracker.take_sample(sample(5_000 * i as u64, force));
+        }
+        // The last but one confirms nothing, and neither does the last.
+        tracker.take_sample(sample(60_000, 9.9));
+        let kept: Vec<f64> = tracker.samples.iter().map(|sample| -sample.force[2]).collect();
+        assert_eq!(kept, [9.8, 9.8, 9.8, 9.8, 70.0, 71.0, 9.8, 9.9]);
+    }
+
+    /// A stamp from another clock, an hour ahead, costs the samples up to the next frame.
+    #[test]
+    fn a_sample_from_another_clock_is_forgotten() {
+        let mut tracker = Tracker::with_capacity(MIN_FEATURES);
+        let mut budget = Budget::UNLIMITED;
+        let mut is_covered = |tracker: &mut Tracker, time_us: u64| {
+            (1..=5).for_each(|i| tracker.take_sample(sample(time_us - 50_000 + 10_000 * i, 9.8)));
+            tracker.predict(&Telemetry { time_us, ..READINGS }, &mut budget)
+        };
+        let times = [1_000_000, 1_050_000, 1_100_000];
+        assert_eq!(times.map(|time_us| is_covered(&mut tracker, time_us)), [false, true, true]);
+        tracker.take_sample(sample(3_600_000_000, 9.8));
+        let times = [1_150_000, 1_200_000, 1_250_000];
+        assert_eq!(times.map(|time_us| is_covered(&mut tracker, time_us)), [true, true, true]);
+    }
+
+    /// However short the time between frames is, without an IMU the camera may have moved.
+    #[test]
+    fn without_samples_no_frame_is_covered() {
+        let mut tracker = Tracker::with_capacity(MIN_FEATURES);
+        let mut budget = Budget::UNLIMITED;
+        for time_us in [1_000_000, 1_009_000, 1_009_000] {
+            assert!(!tracker.predict(&Telemetry { time_us, ..READINGS }, &mut budget), "{time_us} us");
+        }
     }
 
     #[test]

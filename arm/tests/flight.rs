@@ -202,6 +202,50 @@ fn a_clock_that_jumps_costs_no_frame() {
     assert_tracked(&lines(&source));
 }
 
+/// Without an IMU nothing says which of two ranges is right: the error of an estimate includes the displacement by
+/// either. The third that contradicts the first corrects the height. A helicopter may have climbed or sunk by less
+/// within a second, which the pictures then deny: those frames have no estimate.
+#[test]
+fn a_wrong_first_range_does_not_mislead() {
+    for wrong in [1000.0, 200.0, 130.0, 50.0, 10.0] {
+        let mut source = Source::default();
+        source.send_registers(SIZE.0, SIZE.1).unwrap();
+        source.send(message::COMMAND, &Command::Capture.encode()).unwrap();
+        for frame in 0..20 {
+            let range = if frame == 0 { wrong } else { 100.0 };
+            let place = (0.1 * f64::from(frame), 0.0);
+            let seen = seen(600, 1.0, place, FIELD_OF_VIEW, frame);
+            source.send_frame(&Telemetry { range, ..telemetry(frame) }, &seen, &[2000; 2]).unwrap();
+        }
+        let lines = lines(&source);
+        for line in &lines {
+            let Some(estimate) = line.estimate else { continue };
+            let miss = (estimate.x_e_m - 0.1 * f64::from(line.frame.unwrap())).hypot(estimate.y_e_m);
+            assert!(miss < estimate.protection_level_m, "{wrong} m: off by {miss} m: {line:?}");
+        }
+        if wrong == 1000.0 {
+            let last = lines[19].estimate.unwrap_or_else(|| panic!("{:?}", lines[19]));
+            assert!((last.x_e_m - 1.9).hypot(last.y_e_m) < 0.05, "{last:?}");
+        }
+    }
+}
+
+/// A compass that is wrong by half a turn does not agree with pictures that have not turned.
+#[test]
+fn half_a_turn_of_the_heading_is_not_overlooked() {
+    let mut source = Source::default();
+    source.send_registers(SIZE.0, SIZE.1).unwrap();
+    source.send(message::COMMAND, &Command::Capture.encode()).unwrap();
+    for frame in 0..6 {
+        let yaw = if frame == 4 { std::f64::consts::PI } else { 0.0 };
+        let readings = Telemetry { attitude: Attitude { yaw, ..Attitude::default() }, ..telemetry(frame) };
+        source.send_frame(&readings, &records(600, frame), &[2000; 2]).unwrap();
+    }
+    let lines = lines(&source);
+    let level = |frame: usize| lines[frame].estimate.map_or(f64::INFINITY, |estimate| estimate.protection_level_m);
+    assert!(level(3) < 1.0 && level(4) > 2.0 && level(5) < 1.0, "{lines:?}");
+}
+
 /// The laser points at the crown of a tree below the reference, which looks like steep ground, and then at the ground
 /// beside it: the scale is wrong by an eighth at first, and the protection level says so.
 #[test]

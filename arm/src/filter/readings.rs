@@ -6,30 +6,37 @@ use super::rotation::logarithm;
 use super::{ATTITUDE_AGE_S, Filter, POSITION, ROTATION, SLOPE, STATES, WANDER, WHITE_ATTITUDE_SHARE, attitude_errors};
 use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::Attitude;
+use nalgebra::Vector3;
 
 /// Standard error of a laser reading as a measurement of the ground, as a part of the same. Neighbouring readings hit
 /// the same hill, so it is larger than the roughness.
 const LASER_SIGMA: f64 = 0.4;
 
 impl Filter {
-    /// Updates by an attitude reading. One that contradicts the state is ignored.
-    pub fn update_attitude(&mut self, attitude: &Attitude, sensors: &SensorErrors) {
+    /// Updates by an attitude reading. Returns what of it contradicts the state and is ignored, rad about each axis.
+    pub fn update_attitude(&mut self, attitude: &Attitude, sensors: &SensorErrors) -> Vector3<f64> {
         let turned = logarithm(&(attitude.rotation() * self.pose.rotation.transpose()));
         let innovation = turned - self.wander;
         let age = ATTITUDE_AGE_S * self.rates.norm();
+        let mut contradiction = Vector3::zeros();
         for (axis, reading) in attitude_errors(sensors).into_iter().enumerate() {
             let noise = WHITE_ATTITUDE_SHARE * reading * reading + age * age;
-            self.update_scalar(&[(ROTATION + axis, 1.0), (WANDER + axis, 1.0)], None, innovation[axis], noise);
+            let by_states = [(ROTATION + axis, 1.0), (WANDER + axis, 1.0)];
+            if !self.update_scalar(&by_states, None, innovation[axis], noise) {
+                contradiction[axis] = innovation[axis];
+            }
         }
+        contradiction
     }
 
-    /// Updates by the range (m) of the laser along the optical axis and its standard error.
-    pub fn update_range(&mut self, range: f64, error: f64) {
+    /// Updates by the range (m) of the laser along the optical axis and its standard error. If it contradicts the state,
+    /// it is ignored, and its difference from what the state expects is returned, as a part of the latter; otherwise 0.
+    pub fn update_range(&mut self, range: f64, error: f64) -> f64 {
         let axis = self.pose.rotation.column(2).into_owned();
         let normal = normal(&self.slope);
         let towards = normal.dot(&axis);
         if towards < 0.5 {
-            return;
+            return 0.0;
         }
         let expected = -normal.dot(&self.pose.position) / towards;
         let hit = self.pose.position + axis * expected;
@@ -38,11 +45,22 @@ impl Filter {
         // Higher ground and a lower camera have a shorter range.
         let by = -1.0 / towards;
         let by_states = [(POSITION + 2, by), (SLOPE, -by * hit.x), (SLOPE + 1, -by * hit.y)];
-        self.update_scalar(&by_states, Some((cell, by)), range - expected, noise);
+        if self.update_scalar(&by_states, Some((cell, by)), range - expected, noise) {
+            0.0
+        } else {
+            range / expected - 1.0
+        }
     }
 
-    /// Schmidt's update by one scalar with derivatives by some states and the height of a cell.
-    fn update_scalar(&mut self, by: &[(usize, f64)], height: Option<(usize, f64)>, innovation: f64, noise: f64) {
+    /// Schmidt's update by one scalar with derivatives by some states and the height of a cell. Returns `false` if the
+    /// innovation is not one by chance; then nothing changes.
+    fn update_scalar(
+        &mut self,
+        by: &[(usize, f64)],
+        height: Option<(usize, f64)>,
+        innovation: f64,
+        noise: f64,
+    ) -> bool {
         let height_variance = self.height_variance();
         let mut column = [0.0; STATES];
         for (row, value) in column.iter_mut().enumerate() {
@@ -57,7 +75,7 @@ impl Filter {
         let variance = own + of_height + noise;
         // Five standard deviations: not by chance.
         if innovation * innovation > 25.0 * variance {
-            return;
+            return false;
         }
         if let Some((cell, _)) = height {
             self.grid.set_correlated(cell);
@@ -76,5 +94,6 @@ impl Filter {
             row.iter_mut().zip(&column).for_each(|(value, other)| *value -= gain * other);
         }
         self.correct(&gain.map(|value| value * innovation));
+        true
     }
 }

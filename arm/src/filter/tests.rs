@@ -167,6 +167,36 @@ fn the_prediction_follows_force_and_rates() {
     assert!((logarithm(&filter.pose.rotation) - Vector3::z() * 0.5).norm() < 1e-9);
 }
 
+/// Of half a turn the direction is not known.
+#[test]
+fn the_logarithm_inverts_the_exponential_up_to_half_a_turn() {
+    let mut rng = ChaCha8Rng::seed_from_u64(17);
+    let around = std::f64::consts::PI;
+    let drawn: Vec<f64> = (0..1000).map(|_| around * rng.random::<f64>()).collect();
+    for angle in drawn.into_iter().chain([0.0, 1e-7, around / 2.0, around - 1e-9, around]) {
+        let axis = Vector3::from_fn(|_, _| normal(&mut rng)).normalize();
+        let found = logarithm(&exponential(&(axis * angle)));
+        let miss = [1.0, -1.0].map(|sign| (found - axis * (sign * angle)).norm());
+        assert!(miss[0] < 1e-6 || angle == around && miss[1] < 1e-6, "{angle} about {axis}: {found}");
+    }
+}
+
+/// Returns what of a reading contradicts a filter that has hovered at 50 m.
+fn contradiction(yaw: f64, range: f64) -> (f64, f64) {
+    let mut filter = started();
+    filter.predict_free(0.1);
+    let turn = filter.update_attitude(&Attitude { yaw, ..Attitude::default() }, &SENSORS);
+    assert_eq!(turn.xy(), Vector2::zeros());
+    (turn.z, filter.update_range(range, SENSORS.range))
+}
+
+#[test]
+fn a_reading_that_contradicts_the_state_is_named() {
+    assert_eq!(contradiction(0.01, 50.1), (0.0, 0.0));
+    let (turn, scale) = contradiction(std::f64::consts::PI, 500.0);
+    assert!((turn - std::f64::consts::PI).abs() < 1e-9 && (scale - 9.0).abs() < 1e-9, "{turn}, {scale}");
+}
+
 /// The first frame of a flight has no sample before it.
 #[test]
 fn a_keyframe_takes_its_rates_from_the_samples_before_or_after_it() {
