@@ -63,6 +63,9 @@ const SAMPLE_BYTES: usize = 56;
 /// Largest angular velocity of a valid sample, rad/s, and largest specific force, m/s^2.
 const SAMPLE_LIMITS: [f64; 2] = [20.0, 200.0];
 
+/// Most features that a trailer counts as dropped, and as withheld: the counters have 20 bits.
+const MAX_UNSENT: u32 = (1 << 20) - 1;
+
 /// Size of a telemetry payload.
 const TELEMETRY_BYTES: usize = 80;
 
@@ -86,7 +89,7 @@ pub enum MessageError {
     /// A reading, given by its name, is outside its range.
     #[error("{0} is out of its range")]
     Reading(&'static str),
-    /// The last record is not a trailer, or its count differs from the number of features.
+    /// The last record is not a trailer, or one of its counts is not possible.
     #[error("records without their trailer")]
     Trailer,
     /// The record with this index is not a valid feature.
@@ -318,7 +321,11 @@ impl Trailer {
     fn parse(bytes: &[u8], words: usize) -> Option<Self> {
         let record: [u32; TWO_PAIR_WORDS] = std::array::from_fn(|index| word(bytes, index));
         let half = |field: RecordField| field.get(&record) as u16;
-        (trailer::FLAGS.get(&record) == trailer_flags(words)).then(|| Self {
+        let is_count = |field: RecordField| field.get(&record) <= MAX_UNSENT;
+        let is_trailer = trailer::FLAGS.get(&record) == trailer_flags(words)
+            && is_count(trailer::DROPPED)
+            && is_count(trailer::WITHHELD);
+        is_trailer.then(|| Self {
             frame: trailer::FRAME.get(&record),
             errors: half(trailer::ERRORS),
             count: trailer::FEATURES.get(&record),

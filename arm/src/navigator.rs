@@ -162,7 +162,7 @@ impl Navigator {
         self.seen[self.seen_next] = this;
         self.seen_next = (self.seen_next + 1) % HISTORY_MESSAGES;
         let refused = match raw.kind {
-            message::REGISTERS => false,
+            message::REGISTERS => Registers::parse(raw.payload).is_err(),
             message::FRAME => {
                 self.frame(raw, out);
                 false
