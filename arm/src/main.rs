@@ -10,8 +10,9 @@ use hoverlock_arm::navigator::{Navigator, Next};
 use hoverlock_arm::setup::{Thresholds, set_up};
 use hoverlock_reference::motion::mark::{Part, mark};
 use std::ffi::{OsStr, OsString};
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, Read, Write};
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -141,8 +142,15 @@ fn run(arguments: &Arguments) -> Result<(), String> {
     }
     let named = |path: &Path, error: io::Error| format!("{}: {error}", path.display());
     // Output files are truncated last: not if the stream or the FPGA cannot be used.
-    let stream =
-        arguments.stream.as_ref().map(|path| File::open(path).map_err(|error| named(path, error))).transpose()?;
+    let opened = |path: &PathBuf| {
+        let stream = File::open(path).map_err(|error| named(path, error))?;
+        let about = stream.metadata().map_err(|error| named(path, error))?;
+        if about.is_dir() {
+            return Err(format!("{}: is a folder; give a stream of framed messages", path.display()));
+        }
+        Ok((stream, (about.dev(), about.ino())))
+    };
+    let stream = arguments.stream.as_ref().map(opened).transpose()?;
     if let (Some((device, offset)), Some(size)) = (&arguments.registers, arguments.size) {
         let thresholds = arguments
             .thresholds
@@ -152,7 +160,12 @@ fn run(arguments: &Arguments) -> Result<(), String> {
             .map_err(|error| format!("{}: {error}", device.display()))?;
     }
     let created = |path: &Option<PathBuf>| {
-        path.as_ref().map(|path| File::create(path).map_err(|error| named(path, error))).transpose()
+        let Some(path) = path else { return Ok(None) };
+        let there = fs::metadata(path).ok().map(|there| (there.dev(), there.ino()));
+        if there.is_some() && there == stream.as_ref().map(|(_, inode)| *inode) {
+            return Err(format!("{}: is the stream; name another file", path.display()));
+        }
+        File::create(path).map(Some).map_err(|error| named(path, error))
     };
     let camera = created(&arguments.camera)?;
     let autopilot = created(&arguments.mavlink)?.map(|file| (file, mavlink::OdometryStream::default()));
@@ -163,7 +176,7 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         written: Ok(()),
     };
     match stream {
-        Some(mut stream) => navigate(&mut stream, camera, output),
+        Some((mut stream, _)) => navigate(&mut stream, camera, output),
         None => navigate(&mut io::stdin().lock(), camera, output),
     }
 }

@@ -130,3 +130,21 @@ fn commands_reach_the_camera_and_stop_ends_the_stream() {
     };
     assert!((narrow - 10.0).abs() < 1e-3 && (wide - 50.0).abs() < 1e-3);
 }
+
+/// An output that is the stream would empty it before it is read.
+#[test]
+fn the_stream_is_not_overwritten() {
+    let bytes = stream(300, 2).messages.concat();
+    let input = file("own_output.hln", &bytes);
+    for option in ["--mavlink", "--camera"] {
+        let output = nav(&[Path::new(option), &input, &input]);
+        assert_eq!(output.status.code(), Some(2));
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(said.lines().count() == 1 && said.contains("own_output.hln: is the stream"), "{said}");
+    }
+    assert_eq!(std::fs::read(&input).unwrap(), bytes);
+    let folder = nav(&[Path::new("--mavlink"), &input, input.parent().unwrap()]);
+    assert_eq!(folder.status.code(), Some(2));
+    assert!(String::from_utf8(folder.stderr).unwrap().contains("is a folder"));
+    assert_eq!(std::fs::read(&input).unwrap(), bytes);
+}
