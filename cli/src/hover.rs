@@ -2,15 +2,15 @@
 
 use std::any::Any;
 use std::fmt::Write as _;
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use anyhow::Result;
+use anyhow::{Context as _, Result};
 use hoverlock_arm::calibration::Calibration;
 use hoverlock_cosim::hover::{TABLE, table};
-use hoverlock_cosim::sequence::{CALIBRATION, FIRST_FRAME, INERTIAL, SequenceWriter, TELEMETRY, calibration};
+use hoverlock_cosim::sequence::{CALIBRATION, INERTIAL, SequenceWriter, TELEMETRY, calibration, is_frame};
 use hoverlock_cosim::{BoxError, FrameProgress, HoverOutcome, HoverSettings, Monitor, hover};
 use hoverlock_reports::output::PAGE;
 use indicatif::ProgressBar;
@@ -89,6 +89,8 @@ struct Recorder {
     path: PathBuf,
     /// The table; `None` before the first frame.
     table: Mutex<Option<File>>,
+    /// Results of an earlier run, until the first frame.
+    earlier: Mutex<Vec<PathBuf>>,
     saved: Option<(PathBuf, Mutex<SequenceWriter>)>,
     calibration: Calibration,
 }
@@ -99,6 +101,10 @@ impl Monitor for Recorder {
     }
 
     fn frame(&self, frame: &FrameProgress<'_>) -> Result<(), BoxError> {
+        // A run that is stopped leaves no mixture of two flights.
+        for file in self.earlier.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
+            fs::remove_file(&file).with_context(|| format!("{}: cannot be replaced", file.display()))?;
+        }
         if let Some((folder, writer)) = &self.saved {
             let mut writer = writer.lock().unwrap_or_else(PoisonError::into_inner);
             let (name, png) = writer.add(frame.number, frame.picture, frame.telemetry)?;
@@ -155,14 +161,16 @@ pub fn run(args: &Args) -> Result<Verdict> {
     if let Some(path) = &args.scenario {
         settings.read_scenario(path)?;
     }
-    let folder = Folder::of(&args.out, "hover", &[PAGE, TABLE])?;
-    let frames = |save| Folder::of(save, "hover --save", &[TELEMETRY, INERTIAL, CALIBRATION, FIRST_FRAME]);
-    let save = args.save.as_deref().map(frames).transpose()?;
+    let mut earlier = Vec::new();
+    let folder = folder_of(&args.out, "hover", |name| [PAGE, TABLE].contains(&name), &mut earlier)?;
+    let is_saved = |name: &str| [TELEMETRY, INERTIAL, CALIBRATION].contains(&name) || is_frame(name);
+    let save = args.save.as_deref().map(|save| folder_of(save, "hover --save", is_saved, &mut earlier)).transpose()?;
     let recorder = Recorder {
         bar: bar(0, "{bar:32} {percent:>3} %  {elapsed}  {msg}"),
         lines: LogLines::new(),
         path: args.out.join(TABLE),
         table: Mutex::default(),
+        earlier: Mutex::new(earlier),
         saved: args.save.clone().map(|folder| (folder, Mutex::default())),
         calibration: settings.scenario.calibration.unwrap_or_default(),
     };
@@ -176,6 +184,16 @@ pub fn run(args: &Args) -> Result<Verdict> {
         print(&text(&outcome, &args.out))?;
     }
     Ok(outcome.summary.pass.into())
+}
+
+/// Makes the folder for the results of a verb, and adds those of an earlier run to `earlier`.
+fn folder_of(path: &Path, verb: &str, is_result: impl Fn(&str) -> bool, earlier: &mut Vec<PathBuf>) -> Result<Folder> {
+    let entries = fs::read_dir(path).into_iter().flatten().flatten();
+    let names: Vec<String> = entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
+    let results: Vec<&str> = names.iter().map(String::as_str).filter(|name| is_result(name)).collect();
+    let folder = Folder::of(path, verb, &results)?;
+    earlier.extend(results.into_iter().map(|name| path.join(name)));
+    Ok(folder)
 }
 
 /// Describes a hover: its statistics, and the verdict.

@@ -200,7 +200,13 @@ struct Report {
 }
 
 pub fn run(args: &Args) -> Result<Verdict> {
-    let target = |path: &PathBuf| prepare_target("--overlay", path, &["png"], &[&args.reference, &args.current]);
+    let inputs: Vec<&Path> =
+        [Some(&args.reference), Some(&args.current), args.telemetry.as_ref(), args.calibration.as_ref()]
+            .into_iter()
+            .flatten()
+            .map(PathBuf::as_path)
+            .collect();
+    let target = |path: &PathBuf| prepare_target("--overlay", path, &["png"], &inputs);
     let _folder = args.overlay.as_ref().map(target).transpose()?;
     if [&args.reference, &args.current].iter().all(|path| *path == Path::new("-")) {
         bail!("- stands for standard input, which can be read once; name the other picture as a file");

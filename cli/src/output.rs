@@ -116,7 +116,7 @@ pub fn prepare_target(option: &str, path: &Path, endings: &[&str], inputs: &[&Pa
     let same =
         |input: &&Path| fs::metadata(input).is_ok_and(|input| (input.dev(), input.ino()) == (there.dev(), there.ino()));
     if inputs.iter().any(same) {
-        bail!("{option} {name}: is one of the pictures; name another file");
+        bail!("{option} {name}: is one of the inputs; name another file");
     }
     Ok(folder)
 }

@@ -20,10 +20,9 @@ const TABLE: &str = "flights.csv";
 
 /// Draws the flights, writes their scenario files, and flies those that the table does not have.
 pub fn run(settings: &RandomSettings, table: Option<&Path>, out: &Path, json: bool) -> Result<Verdict> {
-    let folder = Folder::of(out, "sweep --random", &[PAGE, TABLE])?;
-    for flight in draw_all(settings) {
-        write_file(&out.join(scenario_name(&flight)), flight.scenario().as_bytes())?;
-    }
+    let first = scenario_name(&RandomFlight::draw(settings.seed, 1, settings.seconds));
+    let folder = Folder::of(out, "sweep --random", &[PAGE, TABLE, &first])?;
+    let drawn = draw_all(settings);
     let table = table.map_or_else(|| out.join(TABLE), Path::to_path_buf);
     let bar = bar(0, "{bar:32} {pos} of {len}  {elapsed}  {msg}");
     let lines = LogLines::new();
@@ -32,6 +31,9 @@ pub fn run(settings: &RandomSettings, table: Option<&Path>, out: &Path, json: bo
             RandomProgress::Started { known, flights } => {
                 if known > 0 {
                     say(&format!("{known} of {flights} flights are in {}", shown(&table)));
+                }
+                for flight in &drawn {
+                    write_file(&out.join(scenario_name(flight)), flight.scenario().as_bytes())?;
                 }
                 bar.set_length((flights - known) as u64);
             }

@@ -181,8 +181,8 @@ fn an_overlay_replaces_neither_its_input_nor_a_device() {
     std::os::unix::fs::symlink("/dev/null", &null).unwrap();
     let picture = picture.to_str().unwrap();
     let with = |overlay: &Path| refusal(&["match", picture, picture, "--overlay", overlay.to_str().unwrap()]);
-    assert!(with(Path::new(picture)).contains("is one of the pictures"));
-    assert!(with(&link).contains("is one of the pictures"));
+    assert!(with(Path::new(picture)).contains("is one of the inputs"));
+    assert!(with(&link).contains("is one of the inputs"));
     assert!(with(&null).contains("not a regular file"));
     assert!(with(&folder.path().join("a.jpg")).contains("must end in .png"));
     assert!(with(folder.path()).contains("must end in .png"));

@@ -174,8 +174,8 @@ fn the_metres_of_a_distorted_lens_are_as_uncertain_as_its_calibration() {
     }
     // With such a lens the corners would be seen twice, within the picture.
     fs::write(path("folded.toml"), "k1 = { value = -1.0, sigma = 0.001 }\n").unwrap();
-    fs::write(path("wide.csv"), telemetry(&FLIGHT[..2]).replace(", 50, ", ", 120, ")).unwrap();
-    let pictures = ["match", &path("0.png"), &path("1.png"), "--telemetry", &path("wide.csv")];
+    fs::write(path("wide.csv"), telemetry(&[FLIGHT[0]; 2]).replace(", 50, ", ", 120, ")).unwrap();
+    let pictures = ["match", &path("0.png"), &path("0.png"), "--telemetry", &path("wide.csv")];
     let (report, _) = json(&[&pictures[..], &["--calibration", &path("folded.toml")]].concat());
     assert!(report["reason"].as_str().unwrap().contains("no pose can be fitted"), "{report}");
     let without_telemetry = hoverlock(&["match", &path("0.png"), &path("1.png"), "--calibration", &path("lens.toml")]);
@@ -305,6 +305,20 @@ fn bad_telemetry_is_one_line_and_status_2() {
     refused(&["match", &reference, &current, "--telemetry", &table], "bad.csv");
     refused(&["match", &reference, &current, "--telemetry", &path("missing.csv")], "missing.csv");
     refused(&["match", &reference, &current, "--telemetry", folder.path().to_str().unwrap()], "not a regular file");
+    // Opening a FIFO would wait for its writer.
+    let fifo = path("fifo.csv");
+    assert!(std::process::Command::new("mkfifo").arg(&fifo).status().unwrap().success());
+    refused(&["match", &reference, &current, "--telemetry", &fifo], "fifo.csv: the telemetry is not a regular file");
+    let read = good.as_bytes();
+    fs::write(&table, read).unwrap();
+    for option in ["--telemetry", "--calibration"] {
+        let input = path("input.png");
+        fs::write(&input, read).unwrap();
+        let telemetry = if option == "--telemetry" { vec![] } else { vec!["--telemetry", &table] };
+        let given = ["match", &reference, &current, "--overlay", &input, option, &input];
+        refused(&[&given[..], &telemetry].concat(), "input.png: is one of the inputs");
+        assert_eq!(fs::read(&input).unwrap(), read);
+    }
 }
 
 #[test]
@@ -327,6 +341,12 @@ fn a_bad_sequence_is_one_line_and_status_2() {
     put("telemetry.csv", telemetry(&FLIGHT).as_bytes());
     refused(&["cosim", folder], "4 rows of telemetry for 2 pictures");
     put("telemetry.csv", telemetry(&FLIGHT[..2]).as_bytes());
+    put("pseudo_gt.csv", b"ref,frame,ok,h00,h01,h02,h10,h11,h12,h20,h21,h22\n0,1,1,inf,0,0,0,1,0,0,0,1\n");
+    refused(&["cosim", folder], "row 1 of the homographies has a value that is not a finite number");
+    fs::remove_file(other.path().join("pseudo_gt.csv")).unwrap();
+    fs::create_dir(other.path().join("pseudo_gt.csv")).unwrap();
+    refused(&["cosim", folder], "pseudo_gt.csv: the table of homographies is not a regular file");
+    fs::remove_dir(other.path().join("pseudo_gt.csv")).unwrap();
     put("pseudo_gt.csv", b"ref,frame\n0,1\n");
     refused(&["cosim", folder], "pseudo_gt.csv");
     refused(&["cosim", sequence, "--features", "sift"], "sift");

@@ -60,6 +60,37 @@ fn folder_and_design_are_checked_before_the_scene_is_made() {
     }
 }
 
+/// Pictures of others are not touched, whatever number they begin with.
+#[test]
+fn a_flight_is_not_saved_among_the_pictures_of_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let frame = folder.path().join("00007.png");
+    fs::write(&frame, "mine").unwrap();
+    let [out, save] = [folder.path().join("out"), folder.path().into()].map(|path| path.display().to_string());
+    let output = hoverlock(&["hover", "--seconds", "1", "--out", &out, "--save", &save]);
+    assert_refused(&output, "00007.png: is not a file of hoverlock hover --save");
+    assert_eq!(fs::read_to_string(&frame).unwrap(), "mine");
+}
+
+/// Samples of the IMU go on while frames are lost, and a shorter flight leaves nothing of the longer one before it.
+#[test]
+fn what_is_saved_is_one_flight() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let [out, save, scenario] = ["out", "saved", "flight.toml"].map(path);
+    let flown = |seconds: f64, event: &str| {
+        fs::write(&scenario, format!("scene = \"helipad-in-mist\"\nseconds = {seconds}\n{event}")).unwrap();
+        hover(&out, &["--scenario", scenario.to_str().unwrap(), "--save", save.to_str().unwrap()]);
+        let table = fs::read_to_string(path("saved/inertial.csv")).unwrap();
+        column(&table, "time_s").into_iter().flatten().collect::<Vec<f64>>()
+    };
+    let samples = flown(1.5, "[[event]]\nt = 0.5\nevent = \"dropped\"\nseconds = 0.4\n");
+    assert!(samples.windows(2).all(|pair| pair[1] - pair[0] < 0.011), "{samples:?}");
+    flown(1.0, "");
+    let names = fs::read_dir(&save).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    assert_eq!(names.filter(|name| name.ends_with(".png")).count(), 16);
+}
+
 /// A flight that is killed leaves the rows flown so far.
 #[test]
 fn the_table_grows_as_it_flies() {
@@ -248,6 +279,24 @@ fn random_flights_repeat_from_their_scenario_files() {
     let again = hoverlock(&args);
     assert_eq!(again.stdout, whole.stdout);
     assert!(String::from_utf8_lossy(&again.stderr).contains("2 of 2 flights are in"));
+}
+
+/// A table that cannot be written is refused before a flight is drawn, and without a scenario file.
+#[test]
+fn a_table_of_random_flights_is_checked_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    fs::write(path("other.csv"), "a,b\n1,2\n").unwrap();
+    for (table, named) in [("missing/flights.csv", "name another file"), ("other.csv", "other.csv")] {
+        let out = path("out");
+        let output = hoverlock(&["sweep", "--random", "2", "--seconds", "1", "--table", &path(table), "--out", &out]);
+        assert_refused(&output, named);
+        assert!(!Path::new(&out).exists(), "{named}: something was left");
+    }
+    fs::create_dir(path("mine")).unwrap();
+    fs::write(path("mine/1-0001.toml"), "mine").unwrap();
+    let output = hoverlock(&["sweep", "--random", "2", "--seed", "1", "--seconds", "1", "--out", &path("mine")]);
+    assert_refused(&output, "1-0001.toml: is not a file of hoverlock sweep --random");
 }
 
 /// The hardware's features and the ARM binary's estimates steer the same flight as the models in this process.

@@ -16,13 +16,32 @@ pub enum JournalError {
         source: io::Error,
     },
     /// The file could not be written.
-    #[error("{path}: cannot be written: {source}; free some space")]
+    #[error("{path}: cannot be written: {source}; {}", remedy(.source))]
     Write {
         /// The file of the journal.
         path: PathBuf,
         /// The error of the operating system.
         source: io::Error,
     },
+}
+
+/// Returns what helps against an error of writing.
+fn remedy(error: &io::Error) -> &'static str {
+    match error.kind() {
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "free some space",
+        _ => "check its folder and permissions, or name another file",
+    }
+}
+
+/// Checks that lines can be appended, before the work that makes them. A file that was not there is not left.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn check(path: &Path) -> Result<(), JournalError> {
+    let is_new = !path.exists();
+    let refused = |source| JournalError::Write { path: path.into(), source };
+    OpenOptions::new().create(true).append(true).open(path).map_err(refused)?;
+    if is_new { fs::remove_file(path).map_err(refused) } else { Ok(()) }
 }
 
 /// Returns the whole lines of a journal; an empty text if there is no file. Removes an incomplete last line from the

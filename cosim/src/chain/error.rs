@@ -7,6 +7,7 @@ use std::process::ExitStatus;
 use hoverlock_arm::arinc429::WordError;
 use hoverlock_arm::framing::PayloadError;
 use hoverlock_arm::hardware::HardwareError;
+use hoverlock_arm::message::MessageError;
 use hoverlock_arm::setup::SetupError;
 use hoverlock_fixed_point::model::coefficients::CoefficientError;
 use hoverlock_fixed_point::model::simd::SimdError;
@@ -36,6 +37,14 @@ pub enum ChainError {
         max_width: usize,
         /// Rows that the design allows.
         max_height: usize,
+    },
+    /// The flight program takes no such readings.
+    #[error("telemetry of frame {frame}: {source}")]
+    Telemetry {
+        /// Number of the frame.
+        frame: u32,
+        /// What is wrong with them.
+        source: MessageError,
     },
     /// A packet does not fit a message.
     #[error(transparent)]

@@ -156,7 +156,10 @@ impl Chain {
         frame: &Plane<u16>,
         delivery: Delivery,
     ) -> Result<FrameOutput, ChainError> {
-        self.stream.send(message::TELEMETRY, &telemetry.encode())?;
+        let readings = telemetry.encode();
+        // The flight program would be silent about them.
+        Telemetry::parse(&readings).map_err(|source| ChainError::Telemetry { frame: telemetry.frame, source })?;
+        self.stream.send(message::TELEMETRY, &readings)?;
         let packet = self.extractor.packet(frame)?;
         self.stream.send_pixels(telemetry.frame, frame)?;
         self.stream.send(message::FRAME, &packet)?;

@@ -21,6 +21,7 @@ use crate::monitor::{FrameProgress, Monitor};
 use crate::pages::animation;
 use crate::pages::hover::Picture;
 use crate::pages::still::reduced;
+use crate::sequence::telemetry::{MAX_RANGE_M, MIN_RANGE_M};
 
 /// Time from the exposure of a frame until the autopilot has its estimate, s: one frame for exposure and read-out, then
 /// the flight program.
@@ -72,6 +73,8 @@ pub(super) fn fly(
     let mut outcome = HoverOutcome::new(settings, scene, &setup, ESTIMATE_LATENCY_S);
     let frames = frame_count(settings.seconds);
     let mut range = settings.height_m;
+    // Samples of the IMU since the last frame that was not lost.
+    let mut since_shown = Vec::new();
     for number in 0..frames {
         let time = frame_time(number);
         while let Some((at, fix)) = due.front().copied().filter(|(at, _)| *at <= time) {
@@ -103,6 +106,7 @@ pub(super) fn fly(
         command(settings, number, chain, &mut world)?;
         let samples = inertial(&exposure);
         chain.inertial(&samples)?;
+        since_shown.extend(samples);
         if settings.scenario.is_dropped(time) {
             chain.lose(&exposure.frame)?;
             continue;
@@ -129,12 +133,13 @@ pub(super) fn fly(
             frames,
             picture: &exposure.frame,
             telemetry: &telemetry,
-            inertial: &samples,
+            inertial: &since_shown,
             quality: output.line.quality,
             distance_m: outcome.rows.last().map(|row| row.displacement().norm()),
             row: outcome.rows.last(),
         };
         monitor.frame(&progress).map_err(HoverError::Stopped)?;
+        since_shown.clear();
     }
     let (cycles, first_difference) = running.map_or((None, None), |chain| (chain.cycles(), chain.first_difference()));
     outcome.finish(scene, cycles, first_difference, started.elapsed().as_secs_f64());
@@ -186,7 +191,7 @@ fn telemetry(
         frame: number as u32,
         time_us: (1e6 * (exposure.readings.time + settings.scenario.camera.delay_s)).round() as u64,
         attitude: exposure.readings.attitude,
-        range: last_range.max(0.1),
+        range: last_range.clamp(MIN_RANGE_M, MAX_RANGE_M),
         field_of_view: 2.0 * half.atan(),
         sensors: SensorErrors { tilt: setup.tilt_noise, heading: setup.heading_noise, range: error },
     }

@@ -28,8 +28,11 @@ use crate::toml_file::TomlFileError;
 /// File name of the telemetry in the folder.
 pub const TELEMETRY: &str = "telemetry.csv";
 
-/// File name of the first frame of a saved flight.
-pub const FIRST_FRAME: &str = "00000.png";
+/// Returns `true` if a file name is one that [`SequenceWriter`] gives to a frame.
+pub fn is_frame(name: &str) -> bool {
+    name.strip_suffix(".png")
+        .is_some_and(|number| number.len() >= 5 && number.bytes().all(|byte| byte.is_ascii_digit()))
+}
 /// File name of the samples of the inertial sensor in the folder.
 pub const INERTIAL: &str = "inertial.csv";
 /// File name of the camera's calibration in the folder.

@@ -1,5 +1,6 @@
 //! Positions from homographies that were fitted to the pictures of a folder.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use hoverlock_arm::message::Telemetry;
@@ -29,12 +30,28 @@ impl PseudoTruth {
     }
 }
 
-/// Why a table of homographies was refused.
+/// Why a table of homographies was refused. Every message begins with the path.
 #[derive(Debug, thiserror::Error)]
-#[error("{path}: the homographies cannot be read: {source}")]
-pub struct PseudoTruthError {
-    path: PathBuf,
-    source: csv::Error,
+pub enum PseudoTruthError {
+    /// It is a folder, a device or a FIFO.
+    #[error("{path}: the table of homographies is not a regular file", path = .0.display())]
+    NotAFile(PathBuf),
+    /// It could not be read, or is no such table.
+    #[error("{path}: the homographies cannot be read: {source}")]
+    Table {
+        /// The table of homographies.
+        path: PathBuf,
+        /// The error of the CSV parser.
+        source: csv::Error,
+    },
+    /// A homography has a value that is not a finite number.
+    #[error("{path}: row {row} of the homographies has a value that is not a finite number")]
+    NotFinite {
+        /// The table of homographies.
+        path: PathBuf,
+        /// Number of the row, from 1.
+        row: usize,
+    },
 }
 
 /// A row of the table: the homography from frame `reference` to `frame`, valid if `ok` is 1.
@@ -72,9 +89,18 @@ pub(super) fn read(
     corner: (usize, usize),
     telemetry: &[Telemetry],
 ) -> Result<Vec<Option<PseudoTruth>>, PseudoTruthError> {
-    let refused = |source| PseudoTruthError { path: table.into(), source };
+    // A device may never end, and opening a FIFO waits for its writer.
+    if fs::metadata(table).is_ok_and(|about| !about.is_file()) {
+        return Err(PseudoTruthError::NotAFile(table.into()));
+    }
+    let refused = |source| PseudoTruthError::Table { path: table.into(), source };
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(table).map_err(refused)?;
+    // Without a header there are no rows, and no error.
+    reader.headers().map_err(refused)?;
     let rows: Vec<Row> = reader.deserialize().collect::<Result<_, _>>().map_err(refused)?;
+    if let Some(row) = rows.iter().position(|row| row.homography().is_some_and(|h| !h.iter().all(|v| v.is_finite()))) {
+        return Err(PseudoTruthError::NotFinite { path: table.into(), row: row + 1 });
+    }
     let corner = Vector2::new(corner.0 as f64, corner.1 as f64);
     let moved = |reference: usize, frame: usize| {
         let row = rows.iter().find(|row| (row.reference, row.frame) == (reference, frame))?;

@@ -1,6 +1,6 @@
 //! The readings of IMU, laser and zoom at each frame: a CSV table with one row per frame.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -18,6 +18,11 @@ const DEFAULT_STANDARD_ERRORS: [f64; 3] = [0.2, 1.0, 0.1];
 /// The columns that a table can have.
 const COLUMNS: [&str; 9] =
     ["time_s", "roll_deg", "pitch_deg", "yaw_deg", "range_m", "fov_deg", "tilt_se_deg", "heading_se_deg", "range_se_m"];
+
+/// Least and largest range of a row, m: those of a laser that a hover simulates, too.
+pub(crate) const MIN_RANGE_M: f64 = 0.1;
+/// See [`MIN_RANGE_M`].
+pub(crate) const MAX_RANGE_M: f64 = 1e4;
 
 /// A row of the table in its own units.
 #[derive(Deserialize)]
@@ -102,11 +107,12 @@ pub enum TelemetryError {
 /// The table cannot be read, has an unknown column, a value out of range, times that do not grow, or another number of
 /// rows.
 pub fn read(path: &Path, frames: usize) -> Result<Vec<Telemetry>, TelemetryError> {
-    let file = File::open(path).map_err(|source| TelemetryError::Open { path: path.into(), source })?;
-    // A device or a FIFO may never end.
-    if !file.metadata().is_ok_and(|about| about.is_file()) {
+    let unreadable = |source| TelemetryError::Open { path: path.into(), source };
+    // A device may never end, and opening a FIFO waits for its writer.
+    if !fs::metadata(path).map_err(unreadable)?.is_file() {
         return Err(TelemetryError::NotAFile(path.into()));
     }
+    let file = File::open(path).map_err(unreadable)?;
     let mut table = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(file);
     let header = table.headers().map_err(|source| TelemetryError::Header { path: path.into(), source })?.clone();
     if let Some(unknown) = header.iter().find(|column| !COLUMNS.contains(column)) {
@@ -152,7 +158,7 @@ impl Row {
             ("roll_deg", self.roll_deg, -80.0, 80.0),
             ("pitch_deg", self.pitch_deg, -80.0, 80.0),
             ("yaw_deg", self.yaw_deg, -360.0, 360.0),
-            ("range_m", self.range_m, 0.1, 1e4),
+            ("range_m", self.range_m, MIN_RANGE_M, MAX_RANGE_M),
             ("fov_deg", self.fov_deg, 0.1, 170.0),
             ("tilt_se_deg", error(self.tilt_se_deg), 1e-6, 90.0),
             ("heading_se_deg", error(self.heading_se_deg), 1e-6, 180.0),
