@@ -29,8 +29,9 @@ impl Filter {
         contradiction
     }
 
-    /// Updates by the range (m) of the laser along the optical axis and its standard error. If it contradicts the state,
-    /// it is ignored, and its difference from what the state expects is returned, as a part of the latter; otherwise 0.
+    /// Updates by the range (m) of the laser along the optical axis and its standard error. If it contradicts the
+    /// state, it is ignored, and its difference from the range that the state expects is returned, as a part of the
+    /// latter; otherwise 0.
     pub fn update_range(&mut self, range: f64, error: f64) -> f64 {
         let axis = self.pose.rotation.column(2).into_owned();
         let normal = normal(&self.slope);
