@@ -46,7 +46,7 @@ demo: build
 	@echo "The report: $(CURDIR)/out/demo/index.html"
 	@echo "The hover: $(CURDIR)/out/hover/index.html"
 
-## format, lints, documents, every test; 20 to 30 minutes on two cores
+## format, lints, documents, every test; 35 minutes on two cores the first time
 # Ignored tests are included: real pictures, all frame sizes, faults put into the RTL. Tests that found no pictures or no tool are
 # named at the end. The flight program for the ARM is built first, with the plugin that counts its instructions: one test compares it
 # with the host's, byte for byte, one counts the instructions of its worst frames.

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Summarises the flights of `docs/hold.csv` as entries `hold.SCENE.HEIGHT.FEATURES` of `docs/results.json`.
 
-The table is a `results.csv` of `hoverlock sweep --seeds 20 --seconds 60`. Run this after it has grown, then `make results`.
+The table is a `results.csv` of `hoverlock sweep --seeds N --seconds 60 --view wide,narrow`. Run this after it has grown, then `make results`.
 """
 
 import csv
@@ -14,7 +14,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 import results
 
 TABLE = results.ROOT / "docs/hold.csv"
-COMMAND = "hoverlock sweep --seeds 20 --seconds 60, then setup/hold.py"
+COMMAND = "hoverlock sweep --seeds N --seconds 60 --view wide,narrow, then setup/hold.py"
 FLIGHTS = {
     "figure": "distance of a simulated helicopter from its target, rms of each flight of 60 s",
     "unit": "cm",
@@ -41,7 +41,7 @@ def summaries(rows: list[dict]) -> dict[str, dict]:
     for row in rows:
         scene, height = row["scene"].replace("-", "_"), float(row["height_m"])
         view = row.get("view", "wide")
-        groups[f"hold.{scene}.{height:.0f}m.{row['features']}" + ("" if view == "wide" else f".{view}")].append(row)
+        groups[f"hold.{scene}.{height:.0f}m.{row['features']}" + ("" if view == "wide" else f"_{view}")].append(row)
     found = {}
     for key, group in groups.items():
         rms = [100 * float(row["rms_m"]) for row in group]
