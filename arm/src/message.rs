@@ -629,4 +629,12 @@ mod tests {
         assert_eq!(Frame::parse(&payload[..2 * MIN_RECORD_BYTES]).map(|_| ()), Err(MessageError::Trailer));
         assert!(Frame::parse(&payload[4..]).is_err() && Frame::parse(&[]).is_err());
     }
+
+    #[test]
+    fn a_count_that_no_counter_reaches_is_refused() {
+        for (dropped, withheld) in [(1 << 20, 0), (0, 1 << 20), (u32::MAX, u32::MAX)] {
+            let payload = encode_frame(4, &[], 0, Unsent { dropped, withheld }, &[1, 1]);
+            assert_eq!(Frame::parse(&payload).map(|_| ()), Err(MessageError::Trailer), "{dropped}, {withheld}");
+        }
+    }
 }
