@@ -18,6 +18,7 @@ use std::path::Path;
 
 use hoverlock_design::DesignPoint;
 use hoverlock_edss::camera::FRAME_SIZE;
+use hoverlock_reports::journal;
 use serde::Serialize;
 
 pub use cluster::Cluster;
@@ -172,6 +173,9 @@ impl Campaign {
     ) -> Result<CampaignOutcome, CampaignError> {
         let mut known = table::read(table, |flown: &FlownPoint| flown.point().key())?;
         let left: Vec<Point> = self.points.iter().filter(|point| !known.contains_key(&point.key())).cloned().collect();
+        if !left.is_empty() {
+            journal::check(table)?;
+        }
         let points = self.points.len();
         progress(CampaignProgress::Started { known: points - left.len(), points }).map_err(CampaignError::Stopped)?;
         let mut keep = |flown: FlownPoint| -> Result<(), CampaignError> {

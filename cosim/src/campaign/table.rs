@@ -31,7 +31,6 @@ pub(super) fn read<T: DeserializeOwned>(
 ) -> Result<HashMap<String, T>, CampaignError> {
     check_header::<T>(table)?;
     let text = journal::read(table)?;
-    journal::check(table)?;
     let mut rows = csv::Reader::from_reader(text.as_bytes());
     let rows = rows.deserialize().map(|row| {
         let row: T = row.map_err(|source| CampaignError::Table { path: table.into(), source })?;

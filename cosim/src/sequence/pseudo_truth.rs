@@ -1,6 +1,5 @@
 //! Positions from homographies that were fitted to the pictures of a folder.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use hoverlock_arm::message::Telemetry;
@@ -90,7 +89,7 @@ pub(super) fn read(
     telemetry: &[Telemetry],
 ) -> Result<Vec<Option<PseudoTruth>>, PseudoTruthError> {
     // A device may never end, and opening a FIFO waits for its writer.
-    if fs::metadata(table).is_ok_and(|about| !about.is_file()) {
+    if !table.is_file() {
         return Err(PseudoTruthError::NotAFile(table.into()));
     }
     let refused = |source| PseudoTruthError::Table { path: table.into(), source };

@@ -9,6 +9,7 @@ mod statistics;
 
 use std::path::Path;
 
+use hoverlock_reports::journal;
 use serde::Serialize;
 
 pub use draw::{Ingredient, RandomFlight};
@@ -88,6 +89,9 @@ pub fn fly_campaign(
     let mut known = table::read(table, key)?;
     let left: Vec<RandomFlight> =
         drawn.iter().filter(|(key, _)| !known.contains_key(key)).map(|(_, flight)| flight.clone()).collect();
+    if !left.is_empty() {
+        journal::check(table)?;
+    }
     progress(RandomProgress::Started { known: drawn.len() - left.len(), flights: drawn.len() })
         .map_err(CampaignError::Stopped)?;
     let mut keep = |flown: FlownFlight| -> Result<(), CampaignError> {
