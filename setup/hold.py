@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Summarises the flights of `docs/hold.csv` as entries `hold.SCENE.HEIGHT.FEATURES` of `docs/results.json`.
+"""Summarises the flights of `docs/hold.csv` as entries `hold.SCENE.HEIGHT.FEATURES` of `docs/results.json`, `.._narrow` in the narrow view.
 
 The table is a `results.csv` of `hoverlock sweep --seeds N --seconds 60 --view wide,narrow`. Run this after it has grown, then `make results`.
 """

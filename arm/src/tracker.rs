@@ -207,7 +207,7 @@ pub struct Tracker {
     captured: u64,
     /// Inconsistency of the last estimate.
     inconsistency: Inconsistency,
-    /// That of the last frame; none with samples of the IMU.
+    /// Contradiction of the last frame; none with samples of the IMU.
     contradiction: Contradiction,
     time_us: u64,
     /// Time of the capture; the largest number if its clock is not that of the frames.

@@ -1,4 +1,4 @@
-//! Small rotations as vectors, rad.
+//! Rotations as vectors, rad.
 
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::PI;
