@@ -21,7 +21,7 @@
 //! telemetry, 100 to 200 of them a second. They are optional. With a bore-sight in the calibration, the axes of samples
 //! and attitude are those of the inertial sensor.
 //!
-//! Pixels are those that the camera sends, full scale 65535. The rows of a frame come in order, in as many messages as
+//! Pixels are those that the camera sends, at most 65535. The rows of a frame come in order, in as many messages as
 //! they need, before its records; an odd number of pixels is followed by a zero. They are optional: where they lie in
 //! memory that FPGA and processor share, the program refines positions on them, and without them it takes those of the
 //! records.
