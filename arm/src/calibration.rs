@@ -262,6 +262,7 @@ mod tests {
                 z_e_m: 3.0,
                 yaw_rad: of_camera.attitude.yaw,
                 covariance_m2: [1.0, 0.0, 0.0, 1.0],
+                velocity: None,
                 protection_level_m: 5.0,
                 quality: 9,
                 inliers: 8,

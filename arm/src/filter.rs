@@ -599,6 +599,11 @@ impl Filter {
         self.keyframe(k).map(|pose| (self.exposed().position - pose.position, covariance))
     }
 
+    /// Returns the velocity (m/s) and its covariance (m^2/s^2).
+    pub fn velocity(&self) -> (Vector3<f64>, Matrix3<f64>) {
+        (self.velocity, Matrix3::from_fn(|i, j| self.at(VELOCITY + i, VELOCITY + j)))
+    }
+
     /// Sets the height over the mean ground, m, where the laser of the first frame was wrong. Keyframes keep their
     /// height relative to the camera; the horizontal displacement so far is scaled, with its change as its error.
     pub fn scale_height(&mut self, height: f64) {

@@ -124,6 +124,9 @@ pub struct Estimate {
     /// Covariance of `X_e` and `Y_e`: xx, xy, yx, yy, m^2; what errors are on the mean. The protection level is that of
     /// rare ones.
     pub covariance_m2: [f64; 4],
+    /// Velocity of the camera; `None` without samples of the IMU, as then only places are known.
+    #[serde(flatten)]
+    pub velocity: Option<Velocity>,
     /// Protection level: the radius about the estimate that the true displacement leaves in one frame of 100 000, m.
     pub protection_level_m: f64,
     /// `255 / (1 + protection level / 0.5 m)`, at least 1.
@@ -141,6 +144,15 @@ pub struct Estimate {
     /// Standard errors of the frame's sensor readings.
     #[serde(skip)]
     pub sensors: SensorErrors,
+}
+
+/// The velocity of the camera along `X_e`, `Y_e` and `Z_e`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Velocity {
+    /// Its components, m/s.
+    pub velocity_m_s: [f64; 3],
+    /// Their covariance, row by row, m^2/s^2.
+    pub velocity_covariance_m2_s2: [f64; 9],
 }
 
 impl Line {

@@ -11,17 +11,20 @@
 //! and pitch change their sign ([`hoverlock_reference::motion::orthophoto`]). Forward is where the telemetry's yaw
 //! is 0.
 //!
-//! The pose fit provides the covariance of `x` and `y`. Those of `z` and the attitude are the sensors', which are upper
-//! bounds. Velocities are not measured: they and their covariance are sent as not a number. Configure the autopilot to
-//! use position and yaw from this source, and velocity from another.
+//! The filter provides the covariance of `x` and `y`. Those of `z` and the attitude are the sensors', which are upper
+//! bounds. The velocity, along the axes of the body, is the filter's, too. Without samples of the IMU it is unknown: it
+//! and its covariance are sent as not a number. So are the angular rates, which the autopilot's own gyros measure.
+//! Configure the autopilot to use position, velocity and yaw from this source: one that derives the velocity from the
+//! positions holds its place less well (decision 067).
 //!
 //! Framing, sequence and check are those of `mavlink-core`. The body is written here, because the dialect crate would
 //! compile 1.7 MB of source for two minutes for this one message.
 
-use crate::line::{Estimate, Line, Status};
+use crate::line::{Estimate, Line, Status, Velocity};
 use mavlink_core::bytes_mut::BytesMut;
 use mavlink_core::error::{EncoderError, ParserError};
 use mavlink_core::{Dialect, MAVLinkV2MessageRaw, MavHeader, MavlinkVersion};
+use nalgebra::{Matrix3, Vector3};
 
 /// An encoder of `ODOMETRY` messages, with their sequence number and reset counter.
 pub struct OdometryStream {
@@ -105,6 +108,25 @@ impl Odometry {
         upper[20] = sensors.heading * sensors.heading;
         upper
     }
+
+    /// Returns velocity and angular rates along the axes of the body, m/s and rad/s, and the upper triangle of their
+    /// covariance, row by row. What is not known is not a number.
+    fn velocity(&self) -> ([f64; 6], [f64; 21]) {
+        let (mut rates, mut upper) = ([f64::NAN; 6], [f64::NAN; 21]);
+        if let Some(Velocity { velocity_m_s, velocity_covariance_m2_s2 }) = self.estimate.velocity {
+            // Forward is the camera's -y, and right its x.
+            let of_camera = Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
+            let to_body = of_camera * self.estimate.attitude.rotation().transpose();
+            let velocity = to_body * Vector3::from(velocity_m_s);
+            let covariance = to_body * Matrix3::from_row_slice(&velocity_covariance_m2_s2) * to_body.transpose();
+            rates[..3].copy_from_slice(velocity.as_slice());
+            let triangle = (0..3).flat_map(|row| (row..3).map(move |column| (row, column)));
+            for ((row, column), index) in triangle.zip([0, 1, 2, 6, 7, 11]) {
+                upper[index] = covariance[(row, column)];
+            }
+        }
+        (rates, upper)
+    }
 }
 
 /// The dialect of this one message, which is only sent.
@@ -131,16 +153,58 @@ impl Dialect for OdometryOnly {
         let Estimate { x_e_m, y_e_m, z_e_m, quality, .. } = message.estimate;
         let mut body = BytesMut::new(payload);
         body.put_u64_le(message.time_us);
-        let velocities = [f64::NAN; 6];
-        let numbers = [-y_e_m, x_e_m, z_e_m].into_iter().chain(message.quaternion()).chain(velocities);
-        // By the definition of the message, a first element of NaN marks the covariance as unknown.
-        let of_velocities = (0..21).map(|i| if i == 0 { f64::NAN } else { 0.0 });
-        for number in numbers.chain(message.covariance()).chain(of_velocities) {
+        let (velocity, of_velocity) = message.velocity();
+        let numbers = [-y_e_m, x_e_m, z_e_m].into_iter().chain(message.quaternion()).chain(velocity);
+        for number in numbers.chain(message.covariance()).chain(of_velocity) {
             body.put_f32_le(number as f32);
         }
         [LOCAL_FRD, BODY_FRD, message.references, VISION].into_iter().for_each(|byte| body.put_u8(byte));
         // Per cent, 1 the worst; 0 would mean unknown. MAVLink 2 cuts off trailing zeros; this byte is never 0.
         body.put_i8((100 * u16::from(quality)).div_ceil(255) as i8);
         Ok(body.len())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hoverlock_reference::motion::observation::SensorErrors;
+    use hoverlock_reference::motion::orthophoto::Attitude;
+    use nalgebra::{Quaternion, UnitQuaternion};
+
+    /// Turned back by the quaternion of the message, the velocity of the body is that along `-Y_e`, `X_e`, `Z_e`, with
+    /// its covariance.
+    #[test]
+    fn the_velocity_is_along_the_axes_of_the_body() {
+        let (velocity_m_s, variances) = ([0.7, -0.4, 0.2], Vector3::new(1e-4, 4e-4, 9e-4));
+        let covariance = Matrix3::from_diagonal(&variances);
+        let mut velocity_covariance_m2_s2 = [0.0; 9];
+        velocity_covariance_m2_s2.copy_from_slice(covariance.as_slice());
+        let estimate = Estimate {
+            x_e_m: 0.0,
+            y_e_m: 0.0,
+            z_e_m: 0.0,
+            yaw_rad: 0.9,
+            covariance_m2: [1e-4, 0.0, 0.0, 1e-4],
+            velocity: Some(Velocity { velocity_m_s, velocity_covariance_m2_s2 }),
+            protection_level_m: 0.05,
+            quality: 231,
+            inliers: 9,
+            matches: 9,
+            keyframe: None,
+            attitude: Attitude { roll: 0.2, pitch: -0.3, yaw: 0.9 },
+            sensors: SensorErrors { tilt: 3e-3, heading: 1e-2, range: 0.1 },
+        };
+        let odometry = Odometry { time_us: 1, estimate, references: 1 };
+        let ([vx, vy, vz, rates @ ..], upper) = odometry.velocity();
+        let [w, x, y, z] = odometry.quaternion();
+        let to_local = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)).to_rotation_matrix().into_inner();
+        let local = to_local * Vector3::new(vx, vy, vz);
+        assert!((local - Vector3::new(0.4, 0.7, 0.2)).norm() < 1e-12, "{local}");
+        let [xx, xy, xz, _, _, _, yy, yz, _, _, _, zz, ..] = upper;
+        let of_local = to_local * Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) * to_local.transpose();
+        let expected = Matrix3::from_diagonal(&Vector3::new(variances.y, variances.x, variances.z));
+        assert!((of_local - expected).norm() < 1e-15, "{of_local}");
+        assert!(rates.iter().chain(&upper[3..6]).all(|value| value.is_nan()), "{rates:?} {upper:?}");
     }
 }

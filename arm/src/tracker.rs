@@ -32,17 +32,18 @@
 //! protection level   max(0.05 m, 4.8 b s + 0.02 |d|)
 //! ```
 //!
-//! The covariance is what errors are on the mean. The protection level is the radius that one error of 100 000 exceeds
-//! if they are normal: `s` is the standard error by `P` along the worse direction, `d` the displacement, whose scale
-//! has the error of the focal length. Without samples of the IMU nothing persists in `P`, whose share is 1. Where it is
-//! that of patches alone, the protection level has twice the standard errors.
+//! The covariance, and that of the velocity in the same way, is what errors are on the mean. The protection level is
+//! the radius that one error of 100 000 exceeds if they are normal: `s` is the standard error by `P` along the worse
+//! direction, `d` the displacement, whose scale has the error of the focal length. Without samples of the IMU nothing
+//! persists in `P`, whose share is 1. Where it is that of patches alone, the protection level has twice the standard
+//! errors.
 
 use crate::calibration::Calibration;
 use crate::filter::{Filter, INFORMATION_SHARE, Inconsistency, MAX_KEYFRAMES, Step};
 use crate::keyframe::{
     Keyframe, MAX_PATCHES, MAX_REFINED, MIN_REFINED, MatchMemory, REFINED_WORK, evenly, match_predicted,
 };
-use crate::line::{Estimate, MIN_FEATURES, Reason};
+use crate::line::{Estimate, MIN_FEATURES, Reason, Velocity};
 use crate::message::{InertialSample, Telemetry};
 use hoverlock_reference::features::feature::Feature;
 use hoverlock_reference::image::plane::Plane;
@@ -727,7 +728,8 @@ impl Tracker {
         let protection = (normal + PROTECTION_SCALE * moved.xy().norm()).max(MIN_PROTECTION_LEVEL_M);
         // As if all of the information counted: what the errors of random flights are on the mean (decision 059).
         let share = if filter.is_free() { 1.0 } else { INFORMATION_SHARE };
-        let covariance = covariance * (inconsistency.of_mean.min(MAX_RAISE).powi(2) * share);
+        let factor = inconsistency.of_mean.min(MAX_RAISE).powi(2) * share;
+        let covariance = covariance * factor;
         let attitude = Attitude::of_rotation(&filter.exposed().rotation);
         Ok(Estimate {
             x_e_m: moved.x,
@@ -735,6 +737,7 @@ impl Tracker {
             z_e_m: moved.z,
             yaw_rad: attitude.yaw,
             covariance_m2: [covariance.m11, covariance.m12, covariance.m21, covariance.m22],
+            velocity: (!filter.is_free()).then(|| velocity(filter, factor)),
             protection_level_m: protection,
             quality: (255.0 / (1.0 + protection / HALF_QUALITY_M)).max(1.0) as u8,
             inliers: found.inliers,
@@ -799,6 +802,14 @@ impl Tracker {
 /// `displacement` (m) over level ground.
 fn ground_homography(reference: &View, current: &View, displacement: Vector2<f64>) -> Matrix3<f64> {
     current.from_ground() * Matrix3::new_translation(&-displacement) * reference.to_ground()
+}
+
+/// Returns the velocity of a filter, whose covariance has `factor` times that of the filter.
+fn velocity(filter: &Filter, factor: f64) -> Velocity {
+    let (velocity, covariance) = filter.velocity();
+    let mut row_by_row = [0.0; 9];
+    row_by_row.copy_from_slice((covariance.transpose() * factor).as_slice());
+    Velocity { velocity_m_s: velocity.into(), velocity_covariance_m2_s2: row_by_row }
 }
 
 /// Returns `true` if a sample differs from the one before by more than a helicopter does in that time.

@@ -5,7 +5,7 @@ mod support;
 use hoverlock_arm::calibration::Calibration;
 use hoverlock_arm::framing::Decoder;
 use hoverlock_arm::line::{Line, Reason, Status};
-use hoverlock_arm::message::{self, Command, InertialSample, Telemetry};
+use hoverlock_arm::message::{self, Command, Telemetry};
 use hoverlock_arm::navigator::{Navigator, WORK_UNITS};
 use hoverlock_fixed_point::model::record::FeatureRecord;
 use hoverlock_reference::motion::orthophoto::Attitude;
@@ -303,13 +303,7 @@ fn a_road_full_of_cars_keeps_its_estimate() {
     let mut source = capturing();
     for frame in 0..159 {
         let time_us = 66_667 * u64::from(frame);
-        let sample = |i: u64| InertialSample {
-            time_us: (time_us + 5_000 * i).saturating_sub(65_000),
-            rates: [0.0; 3],
-            force: [0.0, 0.0, -9.80665],
-        };
-        let samples: Vec<InertialSample> = (0..14).map(sample).collect();
-        source.send(message::INERTIAL, &message::encode_inertial(&samples)).unwrap();
+        source.send(message::INERTIAL, &message::encode_inertial(&scene::samples(time_us))).unwrap();
         let records = scene::seen_on_a_road(1400, time_us as f64 / 1e6, frame);
         source.send_frame(&Telemetry { time_us, ..telemetry(frame) }, &records, &[2000; 2]).unwrap();
     }
@@ -322,6 +316,20 @@ fn a_road_full_of_cars_keeps_its_estimate() {
     }
     let reasons = || lines[31..].iter().filter_map(|line| line.reason.as_ref());
     assert!(answered >= 125, "{answered} of 128: {:?}", reasons().collect::<Vec<_>>());
+}
+
+/// No reading has the velocity: the filter finds it in the pictures.
+#[test]
+fn the_velocity_is_that_of_the_flight() {
+    let lines = lines(&scene::steady(600, 45));
+    let last = lines[44].estimate.unwrap_or_else(|| panic!("{:?}", lines[44]));
+    let velocity = last.velocity.unwrap_or_else(|| panic!("{last:?}"));
+    let [x, y, z] = velocity.velocity_m_s;
+    let [xx, .., zz] = velocity.velocity_covariance_m2_s2;
+    let error = (x - scene::STEADY_M_S.0).hypot(y - scene::STEADY_M_S.1).hypot(z);
+    assert!(error < 0.02 && error < 4.0 * (2.0 * xx + zz).sqrt(), "{error} m/s: {velocity:?}");
+    let free = stream(600, 3);
+    assert_eq!(flown(&free.messages.concat(), Navigator::default())[2].estimate.unwrap().velocity, None);
 }
 
 /// A flight over three footprints and back: keyframes are added and the origin stays. The errors of keyframes add up,

@@ -5,7 +5,7 @@ mod support;
 use std::io::Write;
 use std::path::Path;
 use std::process::Command;
-use support::scene;
+use support::{Source, scene};
 
 /// Python program that prints the fields of each message in a file as JSON.
 const READER: &str = "
@@ -18,6 +18,7 @@ for message in link.parse_buffer(open(sys.argv[1], 'rb').read()):
     print(json.dumps(fields))
 ";
 
+/// Frames without samples of the IMU, and frames with them.
 #[test]
 fn an_independent_reader_finds_what_the_lines_say() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
@@ -30,12 +31,20 @@ fn an_independent_reader_finds_what_the_lines_say() {
         return;
     }
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
-    let (stream, messages) = (folder.join("mavlink.hln"), folder.join("mavlink.bin"));
-    std::fs::write(&stream, scene::stream(400, 5).messages.concat()).unwrap();
+    for (name, source, has_velocity) in [("free", scene::stream(400, 5), false), ("imu", scene::steady(600, 45), true)]
+    {
+        compare(&python, &folder.join(name), &source, has_velocity);
+    }
+}
+
+/// Compares the messages that pymavlink decodes with the lines of a stream.
+fn compare(python: &Path, path: &Path, source: &Source, has_velocity: bool) {
+    let (stream, messages) = (path.with_extension("hln"), path.with_extension("bin"));
+    std::fs::write(&stream, source.messages.concat()).unwrap();
     let program = env!("CARGO_BIN_EXE_hoverlock-nav");
     let output = Command::new(program).arg("--mavlink").args([&messages, &stream]).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let read = Command::new(&python).args(["-c", READER]).arg(&messages).output().unwrap();
+    let read = Command::new(python).args(["-c", READER]).arg(&messages).output().unwrap();
     assert!(read.status.success(), "{}", String::from_utf8_lossy(&read.stderr));
 
     let json = |bytes: &[u8]| -> Vec<serde_json::Value> {
@@ -45,7 +54,7 @@ fn an_independent_reader_finds_what_the_lines_say() {
     };
     let lines: Vec<_> = json(&output.stdout).into_iter().filter(|line| line["status"] == "estimate").collect();
     let messages = json(&read.stdout);
-    assert_eq!((lines.len(), messages.len()), (4, 4));
+    assert!(lines.len() >= 4 && lines.len() == messages.len(), "{} and {}", lines.len(), messages.len());
     for (number, (line, message)) in lines.iter().zip(&messages).enumerate() {
         assert_eq!(message["mavpackettype"], "ODOMETRY");
         assert_eq!(message["sequence"], number);
@@ -69,7 +78,22 @@ fn an_independent_reader_finds_what_the_lines_say() {
         near(&message["pose_covariance"][6], covariance(0));
         near(&message["pose_covariance"][11], 2.0 * 0.1 * 0.1);
         near(&message["pose_covariance"][15], 0.0035 * 0.0035);
-        assert!(message["vx"].is_null() && message["velocity_covariance"][0].is_null());
+        // The camera is level, so that the axes of the body are those of the level frame but for the yaw.
+        let [vx, vy, vz] = ["vx", "vy", "vz"].map(|name| &message[name]);
+        assert_eq!(has_velocity, !vx.is_null(), "{message}");
+        assert_eq!(has_velocity, !message["velocity_covariance"][0].is_null(), "{message}");
+        if has_velocity {
+            let velocity = |axis: usize| line["velocity_m_s"][axis].as_f64().unwrap();
+            for (value, expected) in [(vx, -velocity(1)), (vy, velocity(0)), (vz, velocity(2))] {
+                assert!((value.as_f64().unwrap() - expected).abs() < 0.01, "{value}, not {expected}");
+            }
+            let variance = |axis: usize| line["velocity_covariance_m2_s2"][4 * axis].as_f64().unwrap();
+            for (index, axis) in [(0, 1), (6, 0), (11, 2)] {
+                let ratio = message["velocity_covariance"][index].as_f64().unwrap() / variance(axis);
+                assert!((0.9..1.1).contains(&ratio), "{ratio}");
+            }
+        }
+        assert!(message["rollspeed"].is_null());
         assert_eq!(message["quality"], (of("quality") * 100.0 / 255.0).ceil());
     }
 }

@@ -5,7 +5,7 @@
 //! | attitude ([`attitude`]) | inertial sensor | every step |
 //! | heading | yaw of the inertial sensor | every step |
 //! | height | barometer; accelerometer between readings | every step |
-//! | position | delayed vision fixes; accelerometer and attitude between ([`navigation`]) | every step |
+//! | position | delayed fixes of position and velocity; accelerometer, attitude between ([`navigation`]) | every step |
 //!
 //! **Position.** `e` is the estimated position and `v` the velocity over the ground. `d` is the acceleration that tilt
 //! does not explain: the drag of gusts by the accelerometer, and the attitude error by the filter:
@@ -28,7 +28,7 @@ use crate::aircraft::lynx::Derivatives;
 use crate::sensors::{self, Inertial};
 use attitude::AttitudeLoop;
 use nalgebra::{Matrix2, Vector2, Vector3, Vector4};
-use navigation::{AccelerationNoise, AxisFilter};
+use navigation::{AccelerationNoise, AxisFilter, Reading};
 
 /// Time for which the position is held without a fix.
 const COAST_S: f64 = 1.0;
@@ -49,6 +49,8 @@ const HEIGHT_LOOP: [f64; 4] = [0.8, 2.0, 2.5, 1.5];
 const HEAVE_TIME_S: f64 = 0.5;
 /// Smallest standard errors assumed for a vision fix and for a reading of the barometer.
 const MIN_ERRORS_M: [f64; 2] = [0.005, 0.2];
+/// Smallest standard error assumed for the velocity of a vision fix.
+const MIN_VELOCITY_ERROR_M_S: f64 = 0.005;
 
 /// The source of the position that is held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -67,6 +69,8 @@ pub struct Fix {
     pub displacement: Vector2<f64>,
     /// Covariance, m^2. The two axes are filtered separately, with the diagonal.
     pub covariance: Matrix2<f64>,
+    /// Velocity of the camera along `X_e` and `Y_e`, m/s, with its covariance, m^2/s^2.
+    pub velocity: Option<(Vector2<f64>, Matrix2<f64>)>,
     /// Estimated height, m. The loops do not use it.
     pub height: Option<f64>,
     /// Estimated yaw, rad. The loops do not use it.
@@ -136,8 +140,14 @@ impl Autopilot {
             return;
         }
         for (i, axis) in self.position.iter_mut().enumerate() {
-            let variance = fix.covariance[(i, i)].max(MIN_ERRORS_M[0] * MIN_ERRORS_M[0]);
-            axis.correct(fix.exposed, fix.displacement[i], variance);
+            let reading = |value: &Vector2<f64>, covariance: &Matrix2<f64>, error: f64| Reading {
+                value: value[i],
+                variance: covariance[(i, i)].max(error * error),
+            };
+            let position = reading(&fix.displacement, &fix.covariance, MIN_ERRORS_M[0]);
+            let known = fix.velocity.filter(|(velocity, _)| velocity.iter().all(|along| along.is_finite()));
+            let velocity = known.map(|(velocity, covariance)| reading(&velocity, &covariance, MIN_VELOCITY_ERROR_M_S));
+            axis.correct(fix.exposed, position, velocity);
         }
         self.newest = self.newest.max(fix.exposed);
     }
@@ -145,7 +155,7 @@ impl Autopilot {
     /// Applies a reading of the barometer (m) at a time (s). The laser is not used for height: its beam sweeps over
     /// hills and roofs, and the helicopter would climb and sink with every tilt.
     pub fn apply_height(&mut self, time: f64, height: f64) {
-        self.vertical.correct(time, -height, MIN_ERRORS_M[1] * MIN_ERRORS_M[1]);
+        self.vertical.correct(time, Reading { value: -height, variance: MIN_ERRORS_M[1] * MIN_ERRORS_M[1] }, None);
     }
 
     /// Returns the estimated displacement from the held position, m.

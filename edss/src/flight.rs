@@ -317,7 +317,14 @@ impl Flight {
             let displacement = self.aircraft.camera(&self.state).ground();
             let covariance = Matrix2::identity() * 1e-4;
             let exposed = self.point as f64 * STEP_S;
-            self.autopilot.apply_fix(&Fix { displacement, covariance, height: None, yaw: None, exposed });
+            self.autopilot.apply_fix(&Fix {
+                displacement,
+                covariance,
+                velocity: None,
+                height: None,
+                yaw: None,
+                exposed,
+            });
             self.step();
         }
         self.state[0] = 0.0;

@@ -27,6 +27,7 @@ fn fly(setup: &Setup, seed: u64, seconds: f64, sees: impl Fn(f64) -> bool) -> Ve
             let fix = Fix {
                 displacement: moment.camera.ground() + noise,
                 covariance: Matrix2::identity() * 4e-4,
+                velocity: None,
                 height: None,
                 yaw: None,
                 exposed: time,
@@ -199,7 +200,10 @@ fn a_fix_that_is_no_number_is_left_aside() {
     flight.advance(1.0);
     let displacement = Vector2::new(f64::NAN, 0.0);
     let covariance = Matrix2::identity();
-    flight.apply_fix(Some(Fix { displacement, covariance, height: None, yaw: None, exposed: 0.9 }));
+    let fix = Fix { displacement, covariance, velocity: None, height: None, yaw: None, exposed: 0.9 };
+    flight.apply_fix(Some(fix));
+    let velocity = Some((displacement, covariance));
+    flight.apply_fix(Some(Fix { displacement: Vector2::zeros(), velocity, ..fix }));
     let moment = flight.advance(1.5);
     assert!(moment.believed.norm() < 1.0 && distance(&moment) < 1.0, "{moment:?}");
 }
@@ -295,7 +299,14 @@ fn hold_starts_where_it_is_told_to() {
         }
         let displacement = moment.camera.ground() - zero;
         let covariance = Matrix2::identity() * 4e-4;
-        flight.apply_fix(Some(Fix { displacement, covariance, height: None, yaw: None, exposed: time }));
+        flight.apply_fix(Some(Fix {
+            displacement,
+            covariance,
+            velocity: None,
+            height: None,
+            yaw: None,
+            exposed: time,
+        }));
         if frame > 300 {
             last.push((moment.camera.ground() - zero).norm());
         }

@@ -2,7 +2,7 @@
 //! thousands of frames take little time.
 
 use super::Source;
-use hoverlock_arm::message::{self, Command, Telemetry};
+use hoverlock_arm::message::{self, Command, InertialSample, Telemetry};
 use hoverlock_fixed_point::model::record::FeatureRecord;
 use hoverlock_reference::features::feature::Descriptor;
 use hoverlock_reference::motion::observation::SensorErrors;
@@ -159,6 +159,33 @@ fn imaged(
         .collect();
     records.sort_by_key(|record| (record.y, record.x, record.scale));
     records
+}
+
+/// Returns the samples of an IMU at rest before the frame at a time.
+pub fn samples(time_us: u64) -> Vec<InertialSample> {
+    let sample = |i: u64| InertialSample {
+        time_us: (time_us + 5_000 * i).saturating_sub(65_000),
+        rates: [0.0; 3],
+        force: [0.0, 0.0, -9.80665],
+    };
+    (0..14).map(sample).collect()
+}
+
+/// Velocity of the camera in [`steady`] along `X_e` and `Y_e`, m/s.
+pub const STEADY_M_S: (f64, f64) = (0.4, -0.25);
+
+/// Creates the same stream as [`stream`] at 15 frames a second and [`STEADY_M_S`], with samples of the IMU.
+pub fn steady(points: usize, frames: u32) -> Source {
+    let mut source = stream(points, 0);
+    for frame in 0..frames {
+        let time_us = 66_667 * u64::from(frame);
+        source.send(message::INERTIAL, &message::encode_inertial(&samples(time_us))).unwrap();
+        let seconds = time_us as f64 / 1e6;
+        let place = (STEADY_M_S.0 * seconds, STEADY_M_S.1 * seconds);
+        let records = seen(points, 1.0, place, FIELD_OF_VIEW, frame);
+        source.send_frame(&Telemetry { time_us, ..telemetry(frame) }, &records, &[2000; 2]).unwrap();
+    }
+    source
 }
 
 /// Creates a stream of registers, the command to capture, and `frames` frames of telemetry and records.

@@ -1,6 +1,6 @@
 //! The lines of the flight program.
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Vector2};
 use serde::Deserialize;
 
 use crate::pages::estimates::Estimate;
@@ -24,6 +24,10 @@ pub struct FlightLine {
     pub yaw_rad: Option<f64>,
     /// Covariance of the displacement: xx, xy, yx, yy, m^2.
     pub covariance_m2: Option<[f64; 4]>,
+    /// Velocity of the camera along `X_e`, `Y_e` and `Z_e`, m/s.
+    pub velocity_m_s: Option<[f64; 3]>,
+    /// Covariance of the velocity, row by row, m^2/s^2.
+    pub velocity_covariance_m2_s2: Option<[f64; 9]>,
     /// Protection level, m.
     pub protection_level_m: Option<f64>,
     /// Quality, 0 to 255.
@@ -45,6 +49,12 @@ impl FlightLine {
     /// Returns the displacement along `X_e` and `Y_e`, m.
     pub fn displacement(&self) -> Option<Vector2<f64>> {
         Some(Vector2::new(self.x_e_m?, self.y_e_m?))
+    }
+
+    /// Returns the velocity along `X_e` and `Y_e`, m/s, and its covariance, m^2/s^2.
+    pub fn velocity(&self) -> Option<(Vector2<f64>, Matrix2<f64>)> {
+        let ([x, y, _], [xx, xy, _, yx, yy, ..]) = (self.velocity_m_s?, self.velocity_covariance_m2_s2?);
+        Some((Vector2::new(x, y), Matrix2::new(xx, xy, yx, yy)))
     }
 
     /// Returns the estimate in the form that pages take.

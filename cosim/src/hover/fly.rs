@@ -201,7 +201,8 @@ fn telemetry(
 fn fix(line: &FlightLine, exposed: f64) -> Option<Fix> {
     let [xx, xy, yx, yy] = line.covariance_m2?;
     let covariance = Matrix2::new(xx, xy, yx, yy);
-    Some(Fix { displacement: line.displacement()?, covariance, height: None, yaw: line.yaw_rad, exposed })
+    let (displacement, velocity) = (line.displacement()?, line.velocity());
+    Some(Fix { displacement, covariance, velocity, height: None, yaw: line.yaw_rad, exposed })
 }
 
 /// Keeps the pictures of the frame of the last row that page and animation show.

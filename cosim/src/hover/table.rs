@@ -18,6 +18,10 @@ struct Record<'a> {
     estimate_z: Option<f64>,
     sigma_x: Option<f64>,
     sigma_y: Option<f64>,
+    estimate_vx: Option<f64>,
+    estimate_vy: Option<f64>,
+    sigma_vx: Option<f64>,
+    sigma_vy: Option<f64>,
     protection_level: Option<f64>,
     quality: Option<u8>,
     inliers: Option<usize>,
@@ -36,6 +40,7 @@ impl<'a> Record<'a> {
     fn new(row: &'a Row) -> Self {
         let Row { line, telemetry, blind, .. } = row;
         let sigma = |i: usize| line.covariance_m2.map(|covariance| covariance[i].sqrt());
+        let velocity = line.velocity();
         Self {
             status: &line.status,
             reason: line.reason.as_deref(),
@@ -45,6 +50,10 @@ impl<'a> Record<'a> {
             estimate_z: line.z_e_m,
             sigma_x: sigma(0),
             sigma_y: sigma(3),
+            estimate_vx: velocity.map(|(velocity, _)| velocity.x),
+            estimate_vy: velocity.map(|(velocity, _)| velocity.y),
+            sigma_vx: velocity.map(|(_, covariance)| covariance.m11.sqrt()),
+            sigma_vy: velocity.map(|(_, covariance)| covariance.m22.sqrt()),
             protection_level: line.protection_level_m,
             quality: line.quality,
             inliers: line.inliers,

@@ -5,9 +5,9 @@
 //! ```
 //!
 //! `a` is measured by accelerometer and attitude sensor, so that gusts need no model; `b` is the error of that: bias,
-//! and gravity by an error of attitude. A position fix arrives late. The filter keeps its states of the last second. It
-//! applies a fix to the state at the time of the fix and repeats the later steps with the stored accelerations. The
-//! result is the same as if the fix had arrived immediately.
+//! and gravity by an error of attitude. A fix of position, and of velocity if it has one, arrives late. The filter
+//! keeps its states of the last second. It applies a fix to the state at the time of the fix and repeats the later
+//! steps with the stored accelerations. The result is the same as if the fix had arrived immediately.
 
 use nalgebra::{Matrix3, Vector3};
 use std::collections::VecDeque;
@@ -28,6 +28,15 @@ pub struct AccelerationNoise {
     pub time: f64,
 }
 
+/// A measured position (m) or velocity (m/s).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reading {
+    /// What was measured.
+    pub value: f64,
+    /// Its variance.
+    pub variance: f64,
+}
+
 /// The state of the filter at one time.
 #[derive(Debug, Clone, Copy)]
 struct FilterState {
@@ -36,6 +45,19 @@ struct FilterState {
     covariance: Matrix3<f64>,
     /// Acceleration from here to the next state.
     acceleration: f64,
+}
+
+impl FilterState {
+    /// Updates by a reading of element `i` of the mean.
+    fn correct(&mut self, i: usize, reading: Reading) {
+        let covariance = self.covariance;
+        let gain = covariance.column(i) / (covariance[(i, i)] + reading.variance);
+        self.mean += gain * (reading.value - self.mean[i]);
+        let mut kept = Matrix3::identity();
+        kept.column_mut(i).axpy(-1.0, &gain, 1.0);
+        // Joseph's form stays symmetric and positive.
+        self.covariance = kept * covariance * kept.transpose() + gain * gain.transpose() * reading.variance;
+    }
 }
 
 /// A Kalman filter for one axis.
@@ -97,35 +119,30 @@ impl AxisFilter {
         FilterState { time: from.time + h, mean: transition * from.mean + driven, covariance, acceleration: 0.0 }
     }
 
-    /// Applies a fix: the position (m) at a time (s) with its variance (m^2). A fix older than [`HISTORY_S`] is
-    /// ignored.
-    pub fn correct(&mut self, time: f64, position: f64, variance: f64) {
+    /// Applies a fix: position, and velocity if it is known, at a time (s). A fix older than [`HISTORY_S`] is ignored.
+    pub fn correct(&mut self, time: f64, position: Reading, velocity: Option<Reading>) {
+        let update = |state: &mut FilterState| {
+            state.correct(0, position);
+            if let Some(velocity) = velocity {
+                state.correct(1, velocity);
+            }
+        };
         let half = self.step / 2.0;
         if time > self.now.time - half {
-            Self::update(&mut self.now, position, variance);
+            update(&mut self.now);
             return;
         }
         let Some(back) = self.past.iter().rposition(|state| state.time <= time + half) else { return };
         if self.past[back].time < time - half {
             return;
         }
-        Self::update(&mut self.past[back], position, variance);
+        update(&mut self.past[back]);
         for i in back + 1..self.past.len() {
             let acceleration = self.past[i].acceleration;
             self.past[i] = FilterState { acceleration, ..self.next(&self.past[i - 1]) };
         }
         let last = self.past[self.past.len() - 1];
         self.now = self.next(&last);
-    }
-
-    /// Updates one state by a position fix.
-    fn update(state: &mut FilterState, position: f64, variance: f64) {
-        let covariance = state.covariance;
-        let gain = covariance.column(0) / (covariance[(0, 0)] + variance);
-        state.mean += gain * (position - state.mean.x);
-        let kept = Matrix3::identity() - gain * Vector3::x().transpose();
-        // Joseph's form stays symmetric and positive.
-        state.covariance = kept * covariance * kept.transpose() + gain * gain.transpose() * variance;
     }
 }
 
@@ -146,20 +163,23 @@ mod tests {
         let mut random = stream(1, Purpose::Imu);
         let accelerations: Vec<f64> = (0..400).map(|_| normal(&mut random)).collect();
         let (mut prompt, mut late) = (axis(), axis());
+        let at = |step: usize| Reading { value: 0.1 * step as f64, variance: 4e-4 };
+        // Every second fix has a velocity.
+        let velocity = |step: usize| step.is_multiple_of(2).then_some(Reading { value: 20.0, variance: 1e-4 });
         for (step, acceleration) in accelerations.iter().enumerate() {
             // A fix every 13th step, 20 steps late, so that fixes overlap.
             if step % 13 == 0 {
-                prompt.correct(step as f64 * STEP, 0.1 * step as f64, 4e-4);
+                prompt.correct(step as f64 * STEP, at(step), velocity(step));
             }
             if let Some(exposed) = step.checked_sub(20).filter(|exposed| exposed % 13 == 0) {
-                late.correct(exposed as f64 * STEP, 0.1 * exposed as f64, 4e-4);
+                late.correct(exposed as f64 * STEP, at(exposed), velocity(exposed));
             }
             prompt.advance(*acceleration);
             late.advance(*acceleration);
         }
         // The fixes that are still missing.
-        for exposed in (380..400).filter(|exposed| exposed % 13 == 0) {
-            late.correct(f64::from(exposed) * STEP, 0.1 * f64::from(exposed), 4e-4);
+        for exposed in (380..400usize).filter(|exposed| exposed % 13 == 0) {
+            late.correct(exposed as f64 * STEP, at(exposed), velocity(exposed));
         }
         assert!((late.now.mean - prompt.now.mean).norm() < 1e-12, "{:?} {:?}", late.now, prompt.now);
         assert!((late.now.covariance - prompt.now.covariance).norm() < 1e-12);
@@ -169,7 +189,13 @@ mod tests {
     /// is 0.12; four times that is allowed.
     #[test]
     fn the_covariance_is_consistent() {
-        let runs = 400;
+        for has_velocity in [false, true] {
+            let normalised = mean_normalised_squared_error(400, has_velocity);
+            assert!((2.5..3.5).contains(&normalised), "{normalised}");
+        }
+    }
+
+    fn mean_normalised_squared_error(runs: u64, has_velocity: bool) -> f64 {
         let mut sum = 0.0;
         for seed in 0..runs {
             let mut random = stream(seed, Purpose::Imu);
@@ -180,7 +206,9 @@ mod tests {
             let walk = NOISE.wander * (2.0 * STEP / NOISE.time).sqrt();
             for step in 0..600 {
                 if step % 13 == 0 {
-                    axis.correct(f64::from(step) * STEP, truth.x + draw(0.02), 4e-4);
+                    let position = Reading { value: truth.x + draw(0.02), variance: 4e-4 };
+                    let velocity = Reading { value: truth.y + draw(0.03), variance: 9e-4 };
+                    axis.correct(f64::from(step) * STEP, position, has_velocity.then_some(velocity));
                 }
                 // The acceleration is 0: what is measured is the error.
                 let (noise, measured) = (draw(NOISE.white), 0.3);
@@ -193,8 +221,7 @@ mod tests {
             let error = axis.now.mean - truth;
             sum += error.dot(&(axis.now.covariance.try_inverse().unwrap() * error));
         }
-        let normalised = sum / runs as f64;
-        assert!((2.5..3.5).contains(&normalised), "{normalised}");
+        sum / runs as f64
     }
 
     #[test]
@@ -202,9 +229,10 @@ mod tests {
         let mut axis = axis();
         (0..400).for_each(|_| axis.advance(0.1));
         let before = axis.now.mean;
-        axis.correct(0.5, 10.0, 1e-4);
+        let far = Reading { value: 10.0, variance: 1e-4 };
+        axis.correct(0.5, far, None);
         assert_eq!(axis.now.mean, before);
-        axis.correct(1.5, 10.0, 1e-4);
+        axis.correct(1.5, far, None);
         assert!(axis.position() > 9.0, "{}", axis.position());
     }
 }
