@@ -126,6 +126,10 @@ pub struct Keyframe {
     pub work: u64,
     /// Count of keyframes before this one.
     pub age: u64,
+    /// Time of its frame, us.
+    pub time_us: u64,
+    /// It was found again after long enough.
+    pub is_confirmed: bool,
     /// Factors of standard errors with which its pose was estimated.
     pub inconsistency: Inconsistency,
     landmarks: Vec<Landmark>,
@@ -144,15 +148,17 @@ impl Keyframe {
             turn: 0,
             work: 0,
             age: 0,
+            time_us: 0,
+            is_confirmed: false,
             inconsistency: Inconsistency::NONE,
             landmarks: Vec::with_capacity(features),
             templates: Vec::with_capacity(MAX_TEMPLATES[1]),
         }
     }
 
-    /// Takes the features of a frame.
-    pub fn fill(&mut self, frame: Option<u32>, camera: Camera, features: &[Feature], age: u64) {
-        self.frame = frame;
+    /// Takes the features of a frame of the time `time_us`.
+    pub fn fill(&mut self, frame: Option<u32>, time_us: u64, camera: Camera, features: &[Feature], age: u64) {
+        (self.frame, self.time_us, self.is_confirmed) = (frame, time_us, false);
         self.camera = camera;
         (self.best_share, self.takes_turns, self.turn) = (0.0, false, 0);
         (self.age, self.inconsistency) = (age, Inconsistency::NONE);
@@ -566,7 +572,7 @@ mod tests {
         filter.restart(50.0, &Attitude::default(), &SENSORS, 46.0, false);
         filter.clone_pose(0);
         let mut keyframe = Keyframe::with_capacity(192);
-        keyframe.fill(Some(0), camera(), &features(), 1);
+        keyframe.fill(Some(0), 0, camera(), &features(), 1);
         (filter, keyframe)
     }
 

@@ -12,7 +12,8 @@
 //! A frame without a keyframe has no estimate; the filter coasts and its covariance grows. A frame becomes a keyframe
 //! if the nearest keyframe overlaps by less than [`MIN_OVERLAP`] or differs in scale by more than
 //! [`MAX_SCALE_CHANGE`], and only if it shows enough of the landmarks that it should; or if no keyframe is in view and
-//! the filter still knows its place.
+//! the filter still knows its place. A keyframe is confirmed if it is found again at an age at which the captured frame
+//! would be. Until then a frame in which it is not found replaces it: a blind camera shows noise, or white.
 //!
 //! **Confirmation.** Waves look like ground until they have moved on. So no estimate is published until the captured
 //! frame has been found again [`CONFIRMATION_AGE_US`] after its capture. Until then the laser ranges are collected. If
@@ -385,17 +386,16 @@ impl Tracker {
 
     /// Confirms the captured frame by one that has found it, or returns the reason why it does not.
     fn confirm(&mut self, present: &Seen<'_>, found: &Result<(Found, Option<Found>), Reason>) -> Result<(), Reason> {
-        let [least, most] = CONFIRMATION_AGE_S;
+        let [_, most] = CONFIRMATION_AGE_S;
         // If a frame is stamped before the captured one, the time between them is not known: it begins here.
         self.captured_us = self.captured_us.min(present.telemetry.time_us);
         let age = (present.telemetry.time_us - self.captured_us) as f64 / 1e6;
         let known = found.clone().and_then(|(found, _)| {
             let level = self.result(present, found)?.protection_level_m;
-            let is_large = |at: f64| found.share >= CONFIRMATION_SHARE_S / at;
-            if level > MAX_CONFIRMATION_LEVEL_M && !is_large(most) {
+            if level > MAX_CONFIRMATION_LEVEL_M && found.share < CONFIRMATION_SHARE_S / most {
                 return Err(Reason::Uncertain(level / PROTECTION_SIGMAS));
             }
-            Ok(age >= most || age >= least && is_large(age))
+            Ok(confirms(age, found.share))
         });
         let change = if known.is_ok() { 1 } else { -1 };
         let [fewest, largest] = CONFIRMATION_COUNT_LIMITS;
@@ -481,7 +481,8 @@ impl Tracker {
         }
         self.inliers.clear();
         let Some((nearest, _)) = usable[1].or(usable[0]) else {
-            self.add_coasted_keyframe(present, budget);
+            // Zoom or flight have gone too far between two frames with a keyframe.
+            self.coast(None, present, budget);
             return Err(Reason::OutOfView);
         };
         // Where the budget pays for one of them only, they take turns.
@@ -516,7 +517,13 @@ impl Tracker {
         }
         match found {
             Some(found) => Ok((found, if is_skipped { None } else { compared.or(Some(found)) })),
-            None => self.acquire(nearest, present, budget).map(|found| (found, Some(found))),
+            None => {
+                let acquired = self.acquire(nearest, present, budget);
+                if acquired.as_ref().is_err_and(|reason| self.is_replaceable(nearest, reason)) {
+                    self.coast(Some(nearest), present, budget);
+                }
+                acquired.map(|found| (found, Some(found)))
+            }
         }
     }
 
@@ -587,6 +594,8 @@ impl Tracker {
         let tried = self.memory.tried * sightings.len() / count.max(1);
         let share = consistent as f64 / tried.max(1) as f64;
         keyframe.learn(sightings, share, &self.memory.predicted);
+        let age_us = present.telemetry.time_us.saturating_sub(keyframe.time_us);
+        keyframe.is_confirmed |= confirms(age_us as f64 / 1e6, share);
         self.inliers.clear();
         let inliers = sightings.iter().filter(|sighting| sighting.is_inlier());
         self.inliers.extend(inliers.map(|found| Pair { reference: found.reference, current: found.current }));
@@ -760,13 +769,24 @@ impl Tracker {
         }
     }
 
-    /// Makes a frame that shows no keyframe one itself if the filter still knows its place: zoom or flight have gone
-    /// too far between two frames with a keyframe.
-    fn add_coasted_keyframe(&mut self, present: &Seen<'_>, budget: &mut Budget) {
+    /// Makes a frame in which no keyframe was found one itself, in the place of keyframe `replaced` if there is one, if
+    /// the filter still knows its place.
+    fn coast(&mut self, replaced: Option<usize>, present: &Seen<'_>, budget: &mut Budget) {
         if self.confirmed && self.place(present.telemetry).is_ok() {
             self.inconsistency = self.inconsistency.max(self.filter.inconsistency());
-            self.add_keyframe(present, budget);
+            match replaced {
+                Some(k) => self.fill_keyframe(k, present, budget),
+                None => {
+                    self.add_keyframe(present, budget);
+                }
+            }
         }
+    }
+
+    /// Returns `true` if a frame may replace keyframe `k`, which was not found in it for this reason: it was never
+    /// confirmed. A motion that samples of the IMU exclude is no reason, and without them the place is any.
+    fn is_replaceable(&self, k: usize, reason: &Reason) -> bool {
+        k > 0 && !self.keyframes[k].is_confirmed && !self.filter.is_free() && !matches!(reason, Reason::Implausible(_))
     }
 
     /// Adds a keyframe and returns its index; without a free slot it replaces the oldest except the first.
@@ -781,10 +801,16 @@ impl Tracker {
                 rest.min_by_key(|(_, keyframe)| keyframe.age).map_or(1, |(slot, _)| slot)
             }
         };
+        self.fill_keyframe(slot, present, budget);
+        slot
+    }
+
+    /// Makes a frame the keyframe of this index.
+    fn fill_keyframe(&mut self, slot: usize, present: &Seen<'_>, budget: &mut Budget) {
         self.captured += 1;
         let work = self.keyframes.iter().map(|keyframe| keyframe.work).max().unwrap_or_default();
         let keyframe = &mut self.keyframes[slot];
-        keyframe.fill(present.frame, present.camera, present.features, self.captured);
+        keyframe.fill(present.frame, present.telemetry.time_us, present.camera, present.features, self.captured);
         (keyframe.work, keyframe.inconsistency) = (work, self.inconsistency.limited(MAX_RAISE));
         if let Some(pixels) = present.pixels {
             mark(Part::Refinement);
@@ -794,8 +820,13 @@ impl Tracker {
         }
         self.filter.fit_grid(picture_width(&present.camera, -self.filter.pose.position.z));
         self.filter.clone_pose(slot);
-        slot
     }
+}
+
+/// Returns `true` if a keyframe that is found again at an age (s) with a share of its landmarks is confirmed.
+fn confirms(age: f64, share: f64) -> bool {
+    let [least, most] = CONFIRMATION_AGE_S;
+    age >= most || age >= least && share >= CONFIRMATION_SHARE_S / age
 }
 
 /// Returns the homography from pixels of the keyframe to pixels of the current view, for a camera that has moved by

@@ -332,6 +332,55 @@ fn the_velocity_is_that_of_the_flight() {
     assert_eq!(flown(&free.messages.concat(), Navigator::default())[2].estimate.unwrap().velocity, None);
 }
 
+/// Returns the lines of a hover whose camera zooms by 2 % a frame from frame 40 on; `otherwise` returns the records of
+/// frames from 50 to those of `until`.
+fn blind_in_zoom(until: u32, otherwise: impl Fn(u32, f64) -> Vec<FeatureRecord>) -> Vec<Line> {
+    let mut source = capturing();
+    for frame in 0..until + 40 {
+        let time_us = 66_667 * u64::from(frame);
+        let field_of_view = FIELD_OF_VIEW * 0.98f64.powi(frame.saturating_sub(40) as i32);
+        source.send(message::INERTIAL, &message::encode_inertial(&scene::samples(time_us))).unwrap();
+        let records = match frame {
+            50.. if frame < until => otherwise(frame, field_of_view),
+            _ => scene::seen(600, 1.0, (0.0, 0.0), field_of_view, frame),
+        };
+        source.send_frame(&Telemetry { time_us, field_of_view, ..telemetry(frame) }, &records, &[2000; 2]).unwrap();
+    }
+    let lines = lines(&source);
+    assert!(lines[35..50].iter().all(|line| line.estimate.is_some()), "{:?}", &lines[35..50]);
+    lines
+}
+
+/// A blind camera shows noise that looks like features. Such a frame becomes a keyframe, as the others have another
+/// scale, and the ground is found again all the same.
+#[test]
+fn noise_in_a_zoom_does_not_end_a_flight() {
+    let lines = blind_in_zoom(65, |frame, _| scene::seen_over_waves(600, 0.0, frame));
+    assert!(lines[50..65].iter().all(|line| line.estimate.is_none()), "{:?}", &lines[50..65]);
+    for line in &lines[67..] {
+        let estimate = line.estimate.unwrap_or_else(|| panic!("{line:?}"));
+        let miss = estimate.x_e_m.hypot(estimate.y_e_m);
+        assert!(miss < 0.2 && miss < estimate.protection_level_m, "{miss} m: {line:?}");
+    }
+}
+
+/// Clouds that drift below the helicopter for 2 s: slow ones pass as ground, and the protection level knows.
+#[test]
+fn clouds_in_a_zoom_do_not_mislead() {
+    for speed in [0.1, 0.2, 0.5, 1.0, 2.0] {
+        let lines = blind_in_zoom(80, |frame, field_of_view| {
+            let moved = speed * f64::from(frame - 50) / 15.0;
+            scene::seen(601, 1.0, (moved, 0.0), field_of_view, frame)
+        });
+        for line in &lines {
+            let Some(estimate) = line.estimate else { continue };
+            let miss = estimate.x_e_m.hypot(estimate.y_e_m);
+            assert!(miss < estimate.protection_level_m, "{speed} m/s, {miss} m: {line:?}");
+        }
+        assert!(lines[90..].iter().any(|line| line.estimate.is_some()), "{speed} m/s: {:?}", &lines[90..]);
+    }
+}
+
 /// A flight over three footprints and back: keyframes are added and the origin stays. The errors of keyframes add up,
 /// until the first is found again.
 #[test]
