@@ -21,6 +21,11 @@ use hoverlock_reference::motion::model::{derivative, transfer};
 use hoverlock_reference::motion::orthophoto::Camera;
 use nalgebra::{Matrix2, Matrix3, Vector2};
 
+/// Ages between which the share of its landmarks that confirms a keyframe falls, s. Waves of a metre or two keep their
+/// form for a second.
+pub const CONFIRMATION_AGE_S: [f64; 2] = [0.5, 2.0];
+/// Product of age and share that confirms, s: the share falls to 0.15, and over waves faster.
+pub const CONFIRMATION_SHARE_S: f64 = 0.3;
 /// Good sightings after which a landmark may be proven.
 const MIN_GOOD_SIGHTINGS: u32 = 3;
 /// Frames that should show a proven landmark, at most, for each good sighting.
@@ -128,7 +133,8 @@ pub struct Keyframe {
     pub age: u64,
     /// Time of its frame, us.
     pub time_us: u64,
-    /// It was found again after long enough.
+    /// What it shows is ground: it was found again as late as [`CONFIRMATION_AGE_S`] asks for, or it was made from one
+    /// that was.
     pub is_confirmed: bool,
     /// Factors of standard errors with which its pose was estimated.
     pub inconsistency: Inconsistency,
@@ -317,6 +323,15 @@ impl Keyframe {
     fn is_proven(&self, landmark: usize) -> bool {
         let Landmark { good, expected, .. } = self.landmarks[landmark];
         good >= MIN_GOOD_SIGHTINGS && good.saturating_mul(MAX_FRAMES_PER_SIGHTING) >= expected
+    }
+
+    /// Confirms it if a share of its landmarks was found again in a frame of this time (us) that is late enough.
+    pub fn confirm(&mut self, time_us: u64, share: f64) {
+        // If the frame is stamped before it, the time between them is not known: it begins here.
+        self.time_us = self.time_us.min(time_us);
+        let age = (time_us - self.time_us) as f64 / 1e6;
+        let [least, most] = CONFIRMATION_AGE_S;
+        self.is_confirmed |= age >= least && share >= CONFIRMATION_SHARE_S / age.min(most);
     }
 
     /// Updates the landmarks by the sightings of a frame, in which `share` of those that were matched agree, and by

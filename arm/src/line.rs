@@ -124,7 +124,7 @@ pub struct Estimate {
     /// Covariance of `X_e` and `Y_e`: xx, xy, yx, yy, m^2; what errors are on the mean. The protection level is that of
     /// rare ones.
     pub covariance_m2: [f64; 4],
-    /// Velocity of the camera; `None` without samples of the IMU, as then only places are known.
+    /// Velocity of the camera; `None` without samples of the IMU for half a second, as then only places are known.
     #[serde(flatten)]
     pub velocity: Option<Velocity>,
     /// Protection level: the radius about the estimate that the true displacement leaves in one frame of 100 000, m.
@@ -146,7 +146,8 @@ pub struct Estimate {
     pub sensors: SensorErrors,
 }
 
-/// The velocity of the camera along `X_e`, `Y_e` and `Z_e`.
+/// The velocity of the camera along `X_e`, `Y_e` and `Z_e` at the time of the telemetry, which is up to 5 ms off that
+/// of the exposure.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Velocity {
     /// Its components, m/s.

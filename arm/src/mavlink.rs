@@ -109,23 +109,23 @@ impl Odometry {
         upper
     }
 
-    /// Returns velocity and angular rates along the axes of the body, m/s and rad/s, and the upper triangle of their
+    /// Returns velocity and angular rates about the axes of the body, m/s and rad/s, and the upper triangle of their
     /// covariance, row by row. What is not known is not a number.
-    fn velocity(&self) -> ([f64; 6], [f64; 21]) {
-        let (mut rates, mut upper) = ([f64::NAN; 6], [f64::NAN; 21]);
+    fn twist(&self) -> ([f64; 6], [f64; 21]) {
+        let (mut twist, mut upper) = ([f64::NAN; 6], [f64::NAN; 21]);
         if let Some(Velocity { velocity_m_s, velocity_covariance_m2_s2 }) = self.estimate.velocity {
             // Forward is the camera's -y, and right its x.
-            let of_camera = Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
-            let to_body = of_camera * self.estimate.attitude.rotation().transpose();
+            let camera_to_body = Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
+            let to_body = camera_to_body * self.estimate.attitude.rotation().transpose();
             let velocity = to_body * Vector3::from(velocity_m_s);
             let covariance = to_body * Matrix3::from_row_slice(&velocity_covariance_m2_s2) * to_body.transpose();
-            rates[..3].copy_from_slice(velocity.as_slice());
+            twist[..3].copy_from_slice(velocity.as_slice());
             let triangle = (0..3).flat_map(|row| (row..3).map(move |column| (row, column)));
             for ((row, column), index) in triangle.zip([0, 1, 2, 6, 7, 11]) {
                 upper[index] = covariance[(row, column)];
             }
         }
-        (rates, upper)
+        (twist, upper)
     }
 }
 
@@ -153,9 +153,9 @@ impl Dialect for OdometryOnly {
         let Estimate { x_e_m, y_e_m, z_e_m, quality, .. } = message.estimate;
         let mut body = BytesMut::new(payload);
         body.put_u64_le(message.time_us);
-        let (velocity, of_velocity) = message.velocity();
-        let numbers = [-y_e_m, x_e_m, z_e_m].into_iter().chain(message.quaternion()).chain(velocity);
-        for number in numbers.chain(message.covariance()).chain(of_velocity) {
+        let (twist, of_twist) = message.twist();
+        let numbers = [-y_e_m, x_e_m, z_e_m].into_iter().chain(message.quaternion()).chain(twist);
+        for number in numbers.chain(message.covariance()).chain(of_twist) {
             body.put_f32_le(number as f32);
         }
         [LOCAL_FRD, BODY_FRD, message.references, VISION].into_iter().for_each(|byte| body.put_u8(byte));
@@ -176,8 +176,8 @@ mod tests {
     /// its covariance.
     #[test]
     fn the_velocity_is_along_the_axes_of_the_body() {
-        let (velocity_m_s, variances) = ([0.7, -0.4, 0.2], Vector3::new(1e-4, 4e-4, 9e-4));
-        let covariance = Matrix3::from_diagonal(&variances);
+        let velocity_m_s = [0.7, -0.4, 0.2];
+        let covariance = Matrix3::new(4e-4, 1e-4, -2e-4, 1e-4, 9e-4, 3e-4, -2e-4, 3e-4, 6e-4);
         let mut velocity_covariance_m2_s2 = [0.0; 9];
         velocity_covariance_m2_s2.copy_from_slice(covariance.as_slice());
         let estimate = Estimate {
@@ -196,14 +196,14 @@ mod tests {
             sensors: SensorErrors { tilt: 3e-3, heading: 1e-2, range: 0.1 },
         };
         let odometry = Odometry { time_us: 1, estimate, references: 1 };
-        let ([vx, vy, vz, rates @ ..], upper) = odometry.velocity();
+        let ([vx, vy, vz, rates @ ..], upper) = odometry.twist();
         let [w, x, y, z] = odometry.quaternion();
         let to_local = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)).to_rotation_matrix().into_inner();
         let local = to_local * Vector3::new(vx, vy, vz);
         assert!((local - Vector3::new(0.4, 0.7, 0.2)).norm() < 1e-12, "{local}");
         let [xx, xy, xz, _, _, _, yy, yz, _, _, _, zz, ..] = upper;
         let of_local = to_local * Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) * to_local.transpose();
-        let expected = Matrix3::from_diagonal(&Vector3::new(variances.y, variances.x, variances.z));
+        let expected = Matrix3::new(9e-4, -1e-4, -3e-4, -1e-4, 4e-4, -2e-4, -3e-4, -2e-4, 6e-4);
         assert!((of_local - expected).norm() < 1e-15, "{of_local}");
         assert!(rates.iter().chain(&upper[3..6]).all(|value| value.is_nan()), "{rates:?} {upper:?}");
     }

@@ -12,11 +12,12 @@
 //! A frame without a keyframe has no estimate; the filter coasts and its covariance grows. A frame becomes a keyframe
 //! if the nearest keyframe overlaps by less than [`MIN_OVERLAP`] or differs in scale by more than
 //! [`MAX_SCALE_CHANGE`], and only if it shows enough of the landmarks that it should; or if no keyframe is in view and
-//! the filter still knows its place. A keyframe is confirmed if it is found again at an age at which the captured frame
-//! would be. Until then a frame in which it is not found replaces it: a blind camera shows noise, or white.
+//! the filter still knows its place. That one is not confirmed until it is found again at an age at which the captured
+//! frame would be ([`CONFIRMATION_AGE_S`]), and with it those that come from it. With samples of the IMU, a frame that
+//! does not show an unconfirmed keyframe replaces it: a blind camera shows noise, or white.
 //!
 //! **Confirmation.** Waves look like ground until they have moved on. So no estimate is published until the captured
-//! frame has been found again [`CONFIRMATION_AGE_US`] after its capture. Until then the laser ranges are collected. If
+//! frame has been found again [`CONFIRMATION_AGE_S`] after its capture. Until then the laser ranges are collected. If
 //! their median contradicts the range at the capture, the height is corrected. Without samples of the IMU that may be
 //! later too, as long as no range has agreed with the first.
 //!
@@ -33,7 +34,7 @@
 //! protection level   max(0.05 m, 4.8 b s + 0.02 |d|)
 //! ```
 //!
-//! The covariance, and that of the velocity in the same way, is what errors are on the mean. The protection level is
+//! The covariance is what errors are on the mean; that of the velocity has the same factors. The protection level is
 //! the radius that one error of 100 000 exceeds if they are normal: `s` is the standard error by `P` along the worse
 //! direction, `d` the displacement, whose scale has the error of the focal length. Without samples of the IMU nothing
 //! persists in `P`, whose share is 1. Where it is that of patches alone, the protection level has twice the standard
@@ -42,7 +43,8 @@
 use crate::calibration::Calibration;
 use crate::filter::{Filter, INFORMATION_SHARE, Inconsistency, MAX_KEYFRAMES, Step};
 use crate::keyframe::{
-    Keyframe, MAX_PATCHES, MAX_REFINED, MIN_REFINED, MatchMemory, REFINED_WORK, evenly, match_predicted,
+    CONFIRMATION_AGE_S, CONFIRMATION_SHARE_S, Keyframe, MAX_PATCHES, MAX_REFINED, MIN_REFINED, MatchMemory,
+    REFINED_WORK, evenly, match_predicted,
 };
 use crate::line::{Estimate, MIN_FEATURES, Reason, Velocity};
 use crate::message::{InertialSample, Telemetry};
@@ -54,6 +56,7 @@ use hoverlock_reference::motion::mark::{Part, mark};
 use hoverlock_reference::motion::model::{Model, Pair, transfer};
 use hoverlock_reference::motion::observation::Observation;
 use hoverlock_reference::motion::orthophoto::{Attitude, Camera, View};
+use hoverlock_reference::motion::ransac::RansacError;
 use hoverlock_reference::motion::sensor_pattern;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
@@ -69,6 +72,9 @@ const MAX_AHEAD_US: u64 = 5_000_000;
 const MAX_JUMPS: [f64; 2] = [5.0, 50.0];
 /// Longest time over which a prediction without samples grows, s.
 const MAX_FREE_S: f64 = 10.0;
+
+/// Time for which samples of the IMU must be complete before a velocity is published, us.
+const VELOCITY_US: u64 = 500_000;
 
 /// Smallest overlap with a keyframe, as a fraction of its picture, from which on the frame becomes a keyframe.
 const MIN_OVERLAP: f64 = 0.6;
@@ -114,11 +120,6 @@ pub const MAPPED_WORK: usize = 80;
 /// Work units of a pair that the search has found: its sighting, and the check for the pattern of the sensor.
 pub const ACQUIRED_WORK: usize = 80;
 
-/// Ages between which the share of its landmarks that confirms a captured frame falls, s. Waves of a metre or two keep
-/// their form for a second.
-const CONFIRMATION_AGE_S: [f64; 2] = [0.5, 2.0];
-/// Product of age and share that confirms, s: the share falls to 0.15, and over waves faster.
-const CONFIRMATION_SHARE_S: f64 = 0.3;
 /// Largest protection level with which a smaller share confirms at the second age, m: waves leave residuals that a
 /// block of the picture has in common, which raise it.
 const MAX_CONFIRMATION_LEVEL_M: f64 = 20.0;
@@ -212,6 +213,8 @@ pub struct Tracker {
     /// Contradiction of the last frame; none with samples of the IMU.
     contradiction: Contradiction,
     time_us: u64,
+    /// Time of the last frame that samples of the IMU did not cover.
+    uncovered_us: u64,
     /// Time of the capture; the largest number if its clock is not that of the frames.
     captured_us: u64,
     confirmed: bool,
@@ -244,6 +247,7 @@ impl Tracker {
             inconsistency: Inconsistency::NONE,
             contradiction: Contradiction::default(),
             time_us: 0,
+            uncovered_us: 0,
             captured_us: 0,
             confirmed: false,
             is_range_agreed: false,
@@ -287,6 +291,7 @@ impl Tracker {
         self.samples.clear();
         self.doubtful = None;
         (self.time_us, self.captured_us) = (0, u64::MAX);
+        self.keyframes.iter_mut().for_each(|keyframe| keyframe.time_us = u64::MAX);
     }
 
     /// Takes a sample of the IMU. One that is not later than the one before is ignored, and one that jumps is kept if
@@ -386,16 +391,17 @@ impl Tracker {
 
     /// Confirms the captured frame by one that has found it, or returns the reason why it does not.
     fn confirm(&mut self, present: &Seen<'_>, found: &Result<(Found, Option<Found>), Reason>) -> Result<(), Reason> {
-        let [_, most] = CONFIRMATION_AGE_S;
+        let [least, most] = CONFIRMATION_AGE_S;
         // If a frame is stamped before the captured one, the time between them is not known: it begins here.
         self.captured_us = self.captured_us.min(present.telemetry.time_us);
         let age = (present.telemetry.time_us - self.captured_us) as f64 / 1e6;
         let known = found.clone().and_then(|(found, _)| {
             let level = self.result(present, found)?.protection_level_m;
-            if level > MAX_CONFIRMATION_LEVEL_M && found.share < CONFIRMATION_SHARE_S / most {
+            let is_large = |at: f64| found.share >= CONFIRMATION_SHARE_S / at;
+            if level > MAX_CONFIRMATION_LEVEL_M && !is_large(most) {
                 return Err(Reason::Uncertain(level / PROTECTION_SIGMAS));
             }
-            Ok(confirms(age, found.share))
+            Ok(age >= most || age >= least && is_large(age))
         });
         let change = if known.is_ok() { 1 } else { -1 };
         let [fewest, largest] = CONFIRMATION_COUNT_LIMITS;
@@ -404,6 +410,7 @@ impl Tracker {
             return Err(Reason::Unconfirmed);
         }
         self.confirmed = true;
+        self.keyframes[0].is_confirmed = true;
         self.correct_height();
         Ok(())
     }
@@ -454,6 +461,7 @@ impl Tracker {
         if is_covered {
             filter.predict(steps, &telemetry.sensors);
         } else {
+            self.uncovered_us = to;
             filter.predict_free(elapsed.map_or(MAX_FREE_S, |elapsed| elapsed as f64 / 1e6).min(MAX_FREE_S));
         }
         is_covered
@@ -482,7 +490,7 @@ impl Tracker {
         self.inliers.clear();
         let Some((nearest, _)) = usable[1].or(usable[0]) else {
             // Zoom or flight have gone too far between two frames with a keyframe.
-            self.coast(None, present, budget);
+            self.keep_coasted(None, present, budget);
             return Err(Reason::OutOfView);
         };
         // Where the budget pays for one of them only, they take turns.
@@ -493,7 +501,7 @@ impl Tracker {
         let patches = MAX_REFINED / usable.iter().flatten().count().max(1);
         let mut found: Option<Found> = None;
         let mut compared: Option<Found> = None;
-        let mut is_skipped = false;
+        let (mut is_skipped, mut is_excluded) = (false, false);
         for (k, _) in usable.into_iter().flatten() {
             if found.is_some() && budget.left() < self.keyframes[k].work + self.keyframes[k].work / SPARE_SHARE {
                 is_skipped |= k == nearest;
@@ -506,7 +514,8 @@ impl Tracker {
                 // The estimate stands without it.
                 budget.optional(|rest| self.track(k, patches, present, rest))
             };
-            if let Some(mut tracked) = tracked {
+            is_excluded |= matches!(tracked, Err(Reason::Implausible(_)));
+            if let Ok(mut tracked) = tracked {
                 if let Some(other) = found {
                     tracked.inconsistency = tracked.inconsistency.min(other.inconsistency);
                 }
@@ -519,8 +528,9 @@ impl Tracker {
             Some(found) => Ok((found, if is_skipped { None } else { compared.or(Some(found)) })),
             None => {
                 let acquired = self.acquire(nearest, present, budget);
-                if acquired.as_ref().is_err_and(|reason| self.is_replaceable(nearest, reason)) {
-                    self.coast(Some(nearest), present, budget);
+                let is_unlike = !is_excluded && acquired.as_ref().is_err_and(shows_another_picture);
+                if is_unlike && !self.filter.is_free() && !self.keyframes[nearest].is_confirmed {
+                    self.keep_coasted(Some(nearest), present, budget);
                 }
                 acquired.map(|found| (found, Some(found)))
             }
@@ -534,7 +544,7 @@ impl Tracker {
     }
 
     /// Matches keyframe `k` where it is predicted, refines some patches, and fits the filter.
-    fn track(&mut self, k: usize, patches: usize, present: &Seen<'_>, budget: &mut Budget) -> Option<Found> {
+    fn track(&mut self, k: usize, patches: usize, present: &Seen<'_>, budget: &mut Budget) -> Result<Found, Reason> {
         mark(Part::Matching);
         let mut matching = budget.split(self.kept_for_fit(k));
         let filter = &self.filter;
@@ -542,10 +552,10 @@ impl Tracker {
         let memory = &mut self.memory;
         let matched = match_predicted(filter, k, keyframe, &present.camera, present.features, memory, &mut matching);
         budget.absorb(matching);
-        let matched = matched?;
+        let matched = matched.ok_or(Reason::Sightings(0))?;
         self.refine(k, patches, present, budget);
         mark(Part::Pose);
-        self.fit(k, present, matched, budget).ok()
+        self.fit(k, present, matched, budget)
     }
 
     /// Refines sightings of keyframe `k` on the frames, at most `patches` and as many as the fit leaves units for.
@@ -594,8 +604,7 @@ impl Tracker {
         let tried = self.memory.tried * sightings.len() / count.max(1);
         let share = consistent as f64 / tried.max(1) as f64;
         keyframe.learn(sightings, share, &self.memory.predicted);
-        let age_us = present.telemetry.time_us.saturating_sub(keyframe.time_us);
-        keyframe.is_confirmed |= confirms(age_us as f64 / 1e6, share);
+        keyframe.confirm(present.telemetry.time_us, share);
         self.inliers.clear();
         let inliers = sightings.iter().filter(|sighting| sighting.is_inlier());
         self.inliers.extend(inliers.map(|found| Pair { reference: found.reference, current: found.current }));
@@ -746,7 +755,7 @@ impl Tracker {
             z_e_m: moved.z,
             yaw_rad: attitude.yaw,
             covariance_m2: [covariance.m11, covariance.m12, covariance.m21, covariance.m22],
-            velocity: (!filter.is_free()).then(|| velocity(filter, factor)),
+            velocity: self.is_velocity_known(present.telemetry).then(|| velocity(filter, factor)),
             protection_level_m: protection,
             quality: (255.0 / (1.0 + protection / HALF_QUALITY_M)).max(1.0) as u8,
             inliers: found.inliers,
@@ -757,21 +766,28 @@ impl Tracker {
         })
     }
 
+    /// Returns `true` if samples of the IMU have been complete for long enough that pictures have shown the velocity.
+    fn is_velocity_known(&self, telemetry: &Telemetry) -> bool {
+        !self.filter.is_free() && telemetry.time_us.saturating_sub(self.uncovered_us) >= VELOCITY_US
+    }
+
     /// Makes the frame a keyframe if the one it was matched with is far, or if `renew` asks for it.
     fn renew(&mut self, present: &Seen<'_>, found: Found, renew: &mut bool, budget: &mut Budget) {
         let Some((overlap, scale)) = self.overlap_and_scale(found.keyframe, &present.camera) else { return };
         let is_far = overlap < MIN_OVERLAP || scale.abs() > MAX_SCALE_CHANGE;
         let possible = overlap * self.keyframes[found.keyframe].best_share;
         if (is_far || *renew) && found.share >= MIN_INLIER_SHARE * possible {
+            let is_confirmed = self.keyframes[found.keyframe].is_confirmed;
             let slot = self.add_keyframe(present, budget);
-            self.commanded = renew.then_some(slot).or(self.commanded.filter(|commanded| *commanded != slot));
+            self.keyframes[slot].is_confirmed = is_confirmed;
+            self.commanded = renew.then_some(slot).or(self.commanded);
             *renew = false;
         }
     }
 
-    /// Makes a frame in which no keyframe was found one itself, in the place of keyframe `replaced` if there is one, if
-    /// the filter still knows its place.
-    fn coast(&mut self, replaced: Option<usize>, present: &Seen<'_>, budget: &mut Budget) {
+    /// Makes a frame in which no keyframe was found one itself if the filter still knows where it was taken. It fills
+    /// the slot of keyframe `replaced`, or a new one.
+    fn keep_coasted(&mut self, replaced: Option<usize>, present: &Seen<'_>, budget: &mut Budget) {
         if self.confirmed && self.place(present.telemetry).is_ok() {
             self.inconsistency = self.inconsistency.max(self.filter.inconsistency());
             match replaced {
@@ -781,12 +797,6 @@ impl Tracker {
                 }
             }
         }
-    }
-
-    /// Returns `true` if a frame may replace keyframe `k`, which was not found in it for this reason: it was never
-    /// confirmed. A motion that samples of the IMU exclude is no reason, and without them the place is any.
-    fn is_replaceable(&self, k: usize, reason: &Reason) -> bool {
-        k > 0 && !self.keyframes[k].is_confirmed && !self.filter.is_free() && !matches!(reason, Reason::Implausible(_))
     }
 
     /// Adds a keyframe and returns its index; without a free slot it replaces the oldest except the first.
@@ -807,6 +817,7 @@ impl Tracker {
 
     /// Makes a frame the keyframe of this index.
     fn fill_keyframe(&mut self, slot: usize, present: &Seen<'_>, budget: &mut Budget) {
+        self.commanded = self.commanded.filter(|commanded| *commanded != slot);
         self.captured += 1;
         let work = self.keyframes.iter().map(|keyframe| keyframe.work).max().unwrap_or_default();
         let keyframe = &mut self.keyframes[slot];
@@ -823,10 +834,16 @@ impl Tracker {
     }
 }
 
-/// Returns `true` if a keyframe that is found again at an age (s) with a share of its landmarks is confirmed.
-fn confirms(age: f64, share: f64) -> bool {
-    let [least, most] = CONFIRMATION_AGE_S;
-    age >= most || age >= least && share >= CONFIRMATION_SHARE_S / age
+/// Returns `true` if a frame does not show what a keyframe shows, for a reason that says so: neither the work allowed
+/// nor a motion that the prediction excludes.
+fn shows_another_picture(reason: &Reason) -> bool {
+    use RansacError::{AgreementByChance, Degenerate, TooFewMatches};
+    let unlike = |error: &RansacError| matches!(error, AgreementByChance { .. } | Degenerate(_) | TooFewMatches { .. });
+    match reason {
+        Reason::Sightings(_) => true,
+        Reason::Motion(error) => unlike(error),
+        _ => false,
+    }
 }
 
 /// Returns the homography from pixels of the keyframe to pixels of the current view, for a camera that has moved by

@@ -49,7 +49,7 @@ const HEIGHT_LOOP: [f64; 4] = [0.8, 2.0, 2.5, 1.5];
 const HEAVE_TIME_S: f64 = 0.5;
 /// Smallest standard errors assumed for a vision fix and for a reading of the barometer.
 const MIN_ERRORS_M: [f64; 2] = [0.005, 0.2];
-/// Smallest standard error assumed for the velocity of a vision fix.
+/// Smallest standard error assumed for the velocity of a vision fix: that of a position of 5 mm in a second.
 const MIN_VELOCITY_ERROR_M_S: f64 = 0.005;
 
 /// The source of the position that is held.
@@ -134,9 +134,12 @@ impl Autopilot {
         self.hold = hold;
     }
 
-    /// Applies a fix. One that is not a finite number is ignored.
+    /// Applies a fix. A position or velocity that is not a finite number is ignored, and so is a velocity without one.
     pub fn apply_fix(&mut self, fix: &Fix) {
-        if self.hold == Hold::ImuOnly || !fix.displacement.iter().all(|along| along.is_finite()) {
+        let is_finite = |value: &Vector2<f64>, covariance: &Matrix2<f64>| {
+            value.iter().chain(covariance).all(|element| element.is_finite())
+        };
+        if self.hold == Hold::ImuOnly || !is_finite(&fix.displacement, &fix.covariance) {
             return;
         }
         for (i, axis) in self.position.iter_mut().enumerate() {
@@ -145,7 +148,7 @@ impl Autopilot {
                 variance: covariance[(i, i)].max(error * error),
             };
             let position = reading(&fix.displacement, &fix.covariance, MIN_ERRORS_M[0]);
-            let known = fix.velocity.filter(|(velocity, _)| velocity.iter().all(|along| along.is_finite()));
+            let known = fix.velocity.filter(|(velocity, covariance)| is_finite(velocity, covariance));
             let velocity = known.map(|(velocity, covariance)| reading(&velocity, &covariance, MIN_VELOCITY_ERROR_M_S));
             axis.correct(fix.exposed, position, velocity);
         }

@@ -31,9 +31,9 @@ pub struct AccelerationNoise {
 /// A measured position (m) or velocity (m/s).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
-    /// What was measured.
+    /// In m or m/s.
     pub value: f64,
-    /// Its variance.
+    /// In m^2 or m^2/s^2.
     pub variance: f64,
 }
 
