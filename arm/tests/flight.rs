@@ -79,13 +79,12 @@ fn a_flight_over_flat_ground_is_tracked_to_centimetres() {
     assert!(lines[1..].iter().all(|line| line.status == Status::Estimate), "{lines:?}");
 }
 
-#[test]
-fn after_the_first_frames_nothing_is_allocated() {
-    let source = stream(1400, 8);
+/// Returns for each frame of a stream how often memory was allocated until its line was written, and if that has an
+/// estimate and a velocity.
+fn written(source: &Source) -> Vec<(usize, [bool; 2])> {
     let mut navigator = Navigator::default();
     let mut text = Vec::with_capacity(4096);
-    let mut allocated = Vec::new();
-    let mut statuses = Vec::new();
+    let mut frames = Vec::new();
     for message in &source.messages {
         let mut decoder = Decoder::default();
         let before = ALLOCATIONS.get();
@@ -93,13 +92,22 @@ fn after_the_first_frames_nothing_is_allocated() {
         let raw = decoder.message().unwrap();
         navigator.take(&raw, &mut |line| line.write(&mut text)).unwrap();
         if raw.kind == message::FRAME {
-            allocated.push(ALLOCATIONS.get() - before);
-            statuses.push(text.starts_with(b"{\"frame\":") && text.windows(5).any(|part| part == b"x_e_m"));
+            let allocated = ALLOCATIONS.get() - before;
+            let has = |key: &str| text.windows(key.len()).any(|part| part == key.as_bytes());
+            frames.push((allocated, [has("x_e_m"), has("velocity_covariance_m2_s2")]));
         }
     }
-    // The first frame is the reference; all others are estimated.
-    assert_eq!(allocated, [0; 8]);
-    assert_eq!(statuses, [false, true, true, true, true, true, true, true]);
+    frames
+}
+
+#[test]
+fn after_the_first_frames_nothing_is_allocated() {
+    let frames = written(&stream(1400, 8));
+    assert_eq!(frames[0], (0, [false, false]), "the first frame is the reference");
+    assert_eq!(frames[1..], [(0, [true, false]); 7]);
+    let frames = written(&scene::steady(1400, 45));
+    assert!(frames.iter().all(|(allocated, _)| *allocated == 0), "{frames:?}");
+    assert_eq!(frames[44].1, [true, true]);
 }
 
 /// The same with the pixels of each frame and a keyframe from every second one.
