@@ -170,6 +170,22 @@ pub fn repeated(shape: Shape, samples: Samples, count: usize) -> Vec<Taken> {
     (0..count).map(|i| Taken { shape, samples, after_us: 250_000, command: command(i) }).collect()
 }
 
+/// A camera that is blind in a zoom, with pixels: after two seconds of ground each frame shows other noise at another
+/// scale. It is tracked and searched in vain, and becomes a keyframe with templates.
+fn blind_in_zoom(picture: &Plane<u16>) -> Source {
+    let ground = Taken { shape: Shape::Ground, samples: Samples::Even, after_us: 66_667, command: None };
+    let mut source = stream(Shape::Ground, &[ground; 35], Some(picture));
+    for number in 36..44 {
+        let time_us = 66_667 * u64::from(number);
+        let field_of_view = 0.8 * scene::FIELD_OF_VIEW;
+        source.send(message::INERTIAL, &message::encode_inertial(&scene::samples(time_us))).unwrap();
+        source.send_pixels(number, picture).unwrap();
+        let records = scene::seen_over_waves(1400, 0.0, number);
+        source.send_frame(&Telemetry { time_us, field_of_view, ..telemetry(number) }, &records, &[2000; 2]).unwrap();
+    }
+    source
+}
+
 /// Returns the streams that were found to be the most expensive, with names.
 pub fn worst() -> Vec<(&'static str, Source)> {
     let mut flood = repeated(Shape::Full, Samples::Even, 9);
@@ -183,6 +199,7 @@ pub fn worst() -> Vec<(&'static str, Source)> {
         ("refined, searched", refined(Shape::Ground, Samples::None)),
         ("refined, one row, tracked", refined(Shape::OneRow, Samples::Even)),
         ("refined, one kind, searched", refined(Shape::OneKind, Samples::None)),
+        ("blind in a zoom", blind_in_zoom(&texture)),
         ("many records, many samples", stream(Shape::Full, &flood, None)),
         ("one kind, tracked", stream(Shape::OneKind, &repeated(Shape::OneKind, Samples::Even, 8), None)),
         ("one kind, searched", stream(Shape::OneKind, &repeated(Shape::OneKind, Samples::None, 5), None)),
