@@ -25,7 +25,7 @@ use nalgebra::{Matrix2, Matrix3, Vector2};
 /// form for a second.
 pub const CONFIRMATION_AGE_S: [f64; 2] = [0.5, 2.0];
 /// Product of age and share that confirms, s: the share falls to 0.15, and over waves faster.
-pub const CONFIRMATION_SHARE_S: f64 = 0.3;
+const CONFIRMATION_SHARE_S: f64 = 0.3;
 /// Good sightings after which a landmark may be proven.
 const MIN_GOOD_SIGHTINGS: u32 = 3;
 /// Frames that should show a proven landmark, at most, for each good sighting.
@@ -131,7 +131,7 @@ pub struct Keyframe {
     pub work: u64,
     /// Count of keyframes before this one.
     pub age: u64,
-    /// Time of its frame, us.
+    /// Time of its frame, us; the largest number if its clock is not that of the frames.
     pub time_us: u64,
     /// What it shows is ground: it was found again as late as [`CONFIRMATION_AGE_S`] asks for, or it was made from one
     /// that was.
@@ -325,13 +325,11 @@ impl Keyframe {
         good >= MIN_GOOD_SIGHTINGS && good.saturating_mul(MAX_FRAMES_PER_SIGHTING) >= expected
     }
 
-    /// Confirms it if a share of its landmarks was found again in a frame of this time (us) that is late enough.
-    pub fn confirm(&mut self, time_us: u64, share: f64) {
+    /// Returns its age in a frame of this time (us), s.
+    pub fn age_s(&mut self, time_us: u64) -> f64 {
         // If the frame is stamped before it, the time between them is not known: it begins here.
         self.time_us = self.time_us.min(time_us);
-        let age = (time_us - self.time_us) as f64 / 1e6;
-        let [least, most] = CONFIRMATION_AGE_S;
-        self.is_confirmed |= age >= least && share >= CONFIRMATION_SHARE_S / age.min(most);
+        (time_us - self.time_us) as f64 / 1e6
     }
 
     /// Updates the landmarks by the sightings of a frame, in which `share` of those that were matched agree, and by
@@ -357,6 +355,12 @@ impl Keyframe {
             *mean += (square - *mean) * share;
         }
     }
+}
+
+/// Returns `true` if a share of its landmarks confirms a keyframe of an age (s).
+pub fn confirms(age: f64, share: f64) -> bool {
+    let [least, most] = CONFIRMATION_AGE_S;
+    age >= least && share >= CONFIRMATION_SHARE_S / age.min(most)
 }
 
 /// Reusable memory of the matching.
@@ -589,6 +593,22 @@ mod tests {
         let mut keyframe = Keyframe::with_capacity(192);
         keyframe.fill(Some(0), 0, camera(), &features(), 1);
         (filter, keyframe)
+    }
+
+    #[test]
+    fn a_share_confirms_at_its_age() {
+        let shares = |age: f64| [1.0, 0.6, 0.4, 0.2, 0.1].map(|share| confirms(age, share));
+        assert_eq!(shares(0.4), [false; 5]);
+        assert_eq!(shares(0.5), [true, true, false, false, false]);
+        assert_eq!(shares(1.0), [true, true, true, false, false]);
+        assert_eq!([shares(2.0), shares(3600.0)], [[true, true, true, true, false]; 2]);
+    }
+
+    #[test]
+    fn a_clock_that_steps_back_begins_the_age_of_a_keyframe() {
+        let (_, mut keyframe) = filter_and_keyframe();
+        keyframe.time_us = 10_000_000;
+        assert_eq!([10_500_000, 4_000_000, 4_600_000].map(|time_us| keyframe.age_s(time_us)), [0.5, 0.0, 0.6]);
     }
 
     /// Returns the landmarks that are found in a frame with the same features.

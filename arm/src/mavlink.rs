@@ -118,12 +118,10 @@ impl Odometry {
             let camera_to_body = Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
             let to_body = camera_to_body * self.estimate.attitude.rotation().transpose();
             let velocity = to_body * Vector3::from(velocity_m_s);
-            let covariance = to_body * Matrix3::from_row_slice(&velocity_covariance_m2_s2) * to_body.transpose();
+            let c = to_body * Matrix3::from_row_slice(&velocity_covariance_m2_s2) * to_body.transpose();
             twist[..3].copy_from_slice(velocity.as_slice());
-            let triangle = (0..3).flat_map(|row| (row..3).map(move |column| (row, column)));
-            for ((row, column), index) in triangle.zip([0, 1, 2, 6, 7, 11]) {
-                upper[index] = covariance[(row, column)];
-            }
+            (upper[0], upper[1], upper[2]) = (c.m11, c.m12, c.m13);
+            (upper[6], upper[7], upper[11]) = (c.m22, c.m23, c.m33);
         }
         (twist, upper)
     }

@@ -43,8 +43,8 @@
 use crate::calibration::Calibration;
 use crate::filter::{Filter, INFORMATION_SHARE, Inconsistency, MAX_KEYFRAMES, Step};
 use crate::keyframe::{
-    CONFIRMATION_AGE_S, CONFIRMATION_SHARE_S, Keyframe, MAX_PATCHES, MAX_REFINED, MIN_REFINED, MatchMemory,
-    REFINED_WORK, evenly, match_predicted,
+    CONFIRMATION_AGE_S, Keyframe, MAX_PATCHES, MAX_REFINED, MIN_REFINED, MatchMemory, REFINED_WORK, confirms, evenly,
+    match_predicted,
 };
 use crate::line::{Estimate, MIN_FEATURES, Reason, Velocity};
 use crate::message::{InertialSample, Telemetry};
@@ -215,8 +215,6 @@ pub struct Tracker {
     time_us: u64,
     /// Time of the last frame that samples of the IMU did not cover.
     uncovered_us: u64,
-    /// Time of the capture; the largest number if its clock is not that of the frames.
-    captured_us: u64,
     confirmed: bool,
     /// A range has agreed with that of the capture.
     is_range_agreed: bool,
@@ -248,7 +246,6 @@ impl Tracker {
             contradiction: Contradiction::default(),
             time_us: 0,
             uncovered_us: 0,
-            captured_us: 0,
             confirmed: false,
             is_range_agreed: false,
             confirmation_count: 0,
@@ -290,7 +287,7 @@ impl Tracker {
     pub fn restart_clock(&mut self) {
         self.samples.clear();
         self.doubtful = None;
-        (self.time_us, self.captured_us) = (0, u64::MAX);
+        self.time_us = 0;
         self.keyframes.iter_mut().for_each(|keyframe| keyframe.time_us = u64::MAX);
     }
 
@@ -335,7 +332,7 @@ impl Tracker {
         let (height, attitude, sensors) = (view.height(), &telemetry.attitude, &telemetry.sensors);
         self.filter.restart(height, attitude, sensors, width, is_known && self.confirmed);
         self.clear();
-        (self.captured_us, self.confirmed, self.confirmation_count) = (telemetry.time_us, false, 0);
+        (self.confirmed, self.confirmation_count) = (false, 0);
         self.is_range_agreed = false;
         self.first_heights.clear();
         self.inconsistency = Inconsistency::NONE;
@@ -391,17 +388,14 @@ impl Tracker {
 
     /// Confirms the captured frame by one that has found it, or returns the reason why it does not.
     fn confirm(&mut self, present: &Seen<'_>, found: &Result<(Found, Option<Found>), Reason>) -> Result<(), Reason> {
-        let [least, most] = CONFIRMATION_AGE_S;
-        // If a frame is stamped before the captured one, the time between them is not known: it begins here.
-        self.captured_us = self.captured_us.min(present.telemetry.time_us);
-        let age = (present.telemetry.time_us - self.captured_us) as f64 / 1e6;
+        let [_, most] = CONFIRMATION_AGE_S;
+        let age = self.keyframes[0].age_s(present.telemetry.time_us);
         let known = found.clone().and_then(|(found, _)| {
             let level = self.result(present, found)?.protection_level_m;
-            let is_large = |at: f64| found.share >= CONFIRMATION_SHARE_S / at;
-            if level > MAX_CONFIRMATION_LEVEL_M && !is_large(most) {
+            if level > MAX_CONFIRMATION_LEVEL_M && !confirms(most, found.share) {
                 return Err(Reason::Uncertain(level / PROTECTION_SIGMAS));
             }
-            Ok(age >= most || age >= least && is_large(age))
+            Ok(age >= most || confirms(age, found.share))
         });
         let change = if known.is_ok() { 1 } else { -1 };
         let [fewest, largest] = CONFIRMATION_COUNT_LIMITS;
@@ -604,7 +598,8 @@ impl Tracker {
         let tried = self.memory.tried * sightings.len() / count.max(1);
         let share = consistent as f64 / tried.max(1) as f64;
         keyframe.learn(sightings, share, &self.memory.predicted);
-        keyframe.confirm(present.telemetry.time_us, share);
+        let age = keyframe.age_s(present.telemetry.time_us);
+        keyframe.is_confirmed |= confirms(age, share);
         self.inliers.clear();
         let inliers = sightings.iter().filter(|sighting| sighting.is_inlier());
         self.inliers.extend(inliers.map(|found| Pair { reference: found.reference, current: found.current }));
@@ -768,7 +763,7 @@ impl Tracker {
 
     /// Returns `true` if samples of the IMU have been complete for long enough that pictures have shown the velocity.
     fn is_velocity_known(&self, telemetry: &Telemetry) -> bool {
-        !self.filter.is_free() && telemetry.time_us.saturating_sub(self.uncovered_us) >= VELOCITY_US
+        telemetry.time_us.saturating_sub(self.uncovered_us) >= VELOCITY_US
     }
 
     /// Makes the frame a keyframe if the one it was matched with is far, or if `renew` asks for it.
@@ -790,18 +785,21 @@ impl Tracker {
     fn keep_coasted(&mut self, replaced: Option<usize>, present: &Seen<'_>, budget: &mut Budget) {
         if self.confirmed && self.place(present.telemetry).is_ok() {
             self.inconsistency = self.inconsistency.max(self.filter.inconsistency());
-            match replaced {
-                Some(k) => self.fill_keyframe(k, present, budget),
-                None => {
-                    self.add_keyframe(present, budget);
-                }
-            }
+            let slot = replaced.unwrap_or_else(|| self.free_slot());
+            self.fill_keyframe(slot, present, budget);
         }
     }
 
-    /// Adds a keyframe and returns its index; without a free slot it replaces the oldest except the first.
+    /// Adds a keyframe and returns its index.
     fn add_keyframe(&mut self, present: &Seen<'_>, budget: &mut Budget) -> usize {
-        let slot = match self.spare.pop() {
+        let slot = self.free_slot();
+        self.fill_keyframe(slot, present, budget);
+        slot
+    }
+
+    /// Returns the index of a free slot, or of the oldest keyframe except the first.
+    fn free_slot(&mut self) -> usize {
+        match self.spare.pop() {
             Some(keyframe) => {
                 self.keyframes.push(keyframe);
                 self.keyframes.len() - 1
@@ -810,9 +808,7 @@ impl Tracker {
                 let rest = self.keyframes.iter().enumerate().skip(1);
                 rest.min_by_key(|(_, keyframe)| keyframe.age).map_or(1, |(slot, _)| slot)
             }
-        };
-        self.fill_keyframe(slot, present, budget);
-        slot
+        }
     }
 
     /// Makes a frame the keyframe of this index.
@@ -855,8 +851,7 @@ fn ground_homography(reference: &View, current: &View, displacement: Vector2<f64
 /// Returns the velocity of a filter, whose covariance has `factor` times that of the filter.
 fn velocity(filter: &Filter, factor: f64) -> Velocity {
     let (velocity, covariance) = filter.velocity();
-    let mut row_by_row = [0.0; 9];
-    row_by_row.copy_from_slice((covariance.transpose() * factor).as_slice());
+    let row_by_row = std::array::from_fn(|i| covariance[(i / 3, i % 3)] * factor);
     Velocity { velocity_m_s: velocity.into(), velocity_covariance_m2_s2: row_by_row }
 }
 
