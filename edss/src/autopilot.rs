@@ -142,13 +142,13 @@ impl Autopilot {
         if self.hold == Hold::ImuOnly || !is_finite(&fix.displacement, &fix.covariance) {
             return;
         }
+        let known = fix.velocity.filter(|(velocity, covariance)| is_finite(velocity, covariance));
         for (i, axis) in self.position.iter_mut().enumerate() {
             let reading = |value: &Vector2<f64>, covariance: &Matrix2<f64>, error: f64| Reading {
                 value: value[i],
                 variance: covariance[(i, i)].max(error * error),
             };
             let position = reading(&fix.displacement, &fix.covariance, MIN_ERRORS_M[0]);
-            let known = fix.velocity.filter(|(velocity, covariance)| is_finite(velocity, covariance));
             let velocity = known.map(|(velocity, covariance)| reading(&velocity, &covariance, MIN_VELOCITY_ERROR_M_S));
             axis.correct(fix.exposed, position, velocity);
         }

@@ -204,6 +204,7 @@ fn a_fix_that_is_no_number_is_left_aside() {
     flight.apply_fix(Some(fix));
     let velocity = Some((displacement, covariance));
     flight.apply_fix(Some(Fix { displacement: Vector2::zeros(), velocity, ..fix }));
+    flight.apply_fix(Some(Fix { displacement: Vector2::zeros(), covariance: covariance * f64::NAN, ..fix }));
     let moment = flight.advance(1.5);
     assert!(moment.believed.norm() < 1.0 && distance(&moment) < 1.0, "{moment:?}");
 }
