@@ -94,7 +94,8 @@ fn written(source: &Source) -> Vec<(usize, [bool; 2])> {
         if raw.kind == message::FRAME {
             let allocated = ALLOCATIONS.get() - before;
             let has = |key: &str| text.windows(key.len()).any(|part| part == key.as_bytes());
-            frames.push((allocated, [has("x_e_m"), has("velocity_covariance_m2_s2")]));
+            let is_line = text.starts_with(b"{\"frame\":");
+            frames.push((allocated, [is_line && has("x_e_m"), is_line && has("velocity_covariance_m2_s2")]));
         }
     }
     frames
