@@ -115,10 +115,9 @@ impl Campaign {
     /// A scene or a design cannot be loaded, a design is smaller than the camera's frames, or float features, which
     /// have no word lengths, are combined with several designs.
     pub fn new(settings: &CampaignSettings) -> Result<Self, CampaignError> {
-        let mut names = vec![DEFAULT_DESIGN.to_owned()];
-        add_new(&mut names, &settings.designs);
-        let checked = names.clone();
-        add_new(&mut names, &settings.variants);
+        let default = [DEFAULT_DESIGN.to_owned()];
+        let checked = distinct(default.iter().chain(&settings.designs));
+        let names = distinct(checked.iter().chain(&settings.variants));
         if settings.features == FeatureSource::Float && names.len() > 1 {
             return Err(CampaignError::FloatHasNoWords);
         }
@@ -132,11 +131,13 @@ impl Campaign {
             designs.push((name, design));
         }
         let mut points = Vec::new();
-        for scene_name in &settings.scenes {
-            let scene = load_scene(scene_name)?;
-            for &height_m in &settings.heights_m {
-                for &view in &settings.views {
-                    for &gusts_m_s in &settings.gusts_m_s {
+        let (heights_m, views) = (distinct(&settings.heights_m), distinct(&settings.views));
+        let gusts_m_s = distinct(&settings.gusts_m_s);
+        for scene_name in distinct(&settings.scenes) {
+            let scene = load_scene(&scene_name)?;
+            for &height_m in &heights_m {
+                for &view in &views {
+                    for &gusts_m_s in &gusts_m_s {
                         for (name, design) in &designs {
                             let inputs = point::hash_of_inputs(&scene, design);
                             points.extend((1..=settings.seeds).map(|seed| Point {
@@ -221,19 +222,39 @@ impl CampaignOutcome {
     }
 }
 
-/// Adds the names that a list does not have.
-fn add_new(names: &mut Vec<String>, more: &[String]) {
-    for name in more {
-        if !names.contains(name) {
-            names.push(name.clone());
+/// Returns the values in their order, each once.
+fn distinct<'a, T: Clone + PartialEq + 'a>(values: impl IntoIterator<Item = &'a T>) -> Vec<T> {
+    values.into_iter().fold(Vec::new(), |mut seen, value| {
+        if !seen.contains(value) {
+            seen.push(value.clone());
         }
-    }
+        seen
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::statistics::tests::flown;
     use super::*;
+
+    #[test]
+    fn a_point_that_is_named_twice_is_one_point() {
+        let settings = |scenes: &[&str], heights_m: &[f64], designs: &[&str]| CampaignSettings {
+            scenes: scenes.iter().map(|&name| name.to_owned()).collect(),
+            seeds: 2,
+            gusts_m_s: vec![3.0],
+            heights_m: heights_m.to_vec(),
+            views: vec![CameraView::Wide],
+            designs: designs.iter().map(|&name| name.to_owned()).collect(),
+            variants: Vec::new(),
+            seconds: 10.0,
+            features: FeatureSource::Fixed,
+        };
+        let once = Campaign::new(&settings(&["field", "town"], &[50.0, 100.0], &[])).unwrap();
+        assert_eq!(once.points.len(), 8);
+        let twice = settings(&["field", "town", "field"], &[50.0, 100.0, 50.0], &[DEFAULT_DESIGN]);
+        assert_eq!(Campaign::new(&twice).unwrap(), once);
+    }
 
     #[test]
     fn a_campaign_checks_the_designs_that_it_was_given() {
