@@ -80,6 +80,17 @@ impl Default for HoverSettings {
     }
 }
 
+impl HoverSettings {
+    /// Checks the settings that have a range.
+    fn check(&self) -> Result<(), HoverError> {
+        let (min, max) = SECONDS;
+        if !(min..=max).contains(&self.seconds) {
+            return Err(HoverError::Seconds(self.seconds));
+        }
+        Ok(fly::setup(self).check()?)
+    }
+}
+
 /// The field of view of the camera during a hover.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -169,16 +180,12 @@ pub enum HoverError {
 /// A setting is invalid, a tool is missing, extractor or flight program fail, or the monitor stops the hover. A hover
 /// that does not hold its position is not an error: its outcome has `pass` false and a reason.
 pub fn hover(settings: &HoverSettings, monitor: &dyn Monitor) -> Result<HoverOutcome, HoverError> {
-    let (min, max) = SECONDS;
-    if !(min..=max).contains(&settings.seconds) {
-        return Err(HoverError::Seconds(settings.seconds));
-    }
+    settings.check()?;
     check_choice(settings.features, &settings.design, settings.flight_program)?;
     let scene = match &settings.scenario.scene {
         Some(text) => parse_scene(text, &settings.scene)?,
         None => load_scene(&settings.scene)?,
     };
-    fly::setup(settings).check()?;
     // A frame that shows nothing: a design that the camera's frames do not fit and a missing tool are reported before
     // the scene is made, which takes seconds.
     let (columns, rows) = FRAME_SIZE;

@@ -425,6 +425,15 @@ impl HoverSettings {
         if let Some((name, value, min, max)) = limits.find(|(_, v, min, max)| !(min..=max).contains(&v)) {
             return Err(invalid(format!("camera.{name} is {value}, and must be {min} to {max}")));
         }
+        // The keys of the file beside settings that are valid: a wrong option is not an error of the file.
+        let valid = Self::default();
+        let keys = Self {
+            seconds: file.seconds.unwrap_or(valid.seconds),
+            height_m: file.height_m.unwrap_or(valid.height_m),
+            gusts_m_s: file.gusts_m_s.unwrap_or(valid.gusts_m_s),
+            ..valid
+        };
+        keys.check().map_err(|error| invalid(error.to_string()))?;
         let calibration = file.calibration.map(Calibration::checked).transpose();
         let calibration = calibration.map_err(|error| invalid(format!("calibration.{error}")))?;
         let (scene, inline) = match file.scene {
@@ -517,6 +526,9 @@ mod tests {
             assert_eq!(error.lines().count(), 1);
         };
         refused("scene = 'field'\nspeed = 3\n", "line 2: unknown field `speed`");
+        refused("scene = 'field'\nseconds = 0.5\n", "seconds is 0.5, and must be 1 to 3600");
+        refused("scene = 'field'\nheight_m = 5.0\n", "height must be between 10 and 300 m, not 5");
+        refused("scene = 'field'\ngusts_m_s = nan\n", "rms of gusts must be between 0 and 5 m/s, not NaN");
         refused("scene = 'field'\n[[event]]\nt = 1.0\nevent = 'storm'\n", "unknown variant `storm`");
         refused("scene = 'field'\n[[event]]\nt = -1.0\nevent = 'renew'\n", "event 1: t is out of range");
         refused("scene = 'field'\n[camera]\nk1 = 3.0\n", "camera.k1 is 3, and must be -1 to 1");
