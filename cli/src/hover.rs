@@ -18,7 +18,7 @@ use indicatif::ProgressBar;
 use crate::Verdict;
 use crate::choice::{Climb, Estimator, Features, View, between};
 use crate::design::Chosen;
-use crate::output::{Folder, command, print, print_json, shown, verdict, write_file};
+use crate::output::{Folder, command, print, print_json, shown, unwritable, verdict, write_file};
 use crate::progress::{LogLines, Reporter, bar};
 
 /// Close the loop: a simulated helicopter in gusts holds its position with the camera's estimate alone.
@@ -116,7 +116,7 @@ impl Monitor for Recorder {
             let mut file = self.table.lock().unwrap_or_else(PoisonError::into_inner);
             match &mut *file {
                 Some(file) => file.write_all(text.split_once('\n').map_or("", |(_, row)| row).as_bytes())?,
-                none => none.insert(File::create(&self.path)?).write_all(text.as_bytes())?,
+                none => none.insert(self.create()?).write_all(text.as_bytes())?,
             }
         }
         let seconds = frame.telemetry.time_us as f64 / 1e6;
@@ -131,6 +131,11 @@ impl Monitor for Recorder {
 }
 
 impl Recorder {
+    /// Creates the table.
+    fn create(&self) -> Result<File> {
+        File::create(&self.path).with_context(|| unwritable(&self.path))
+    }
+
     /// Writes the telemetry of the saved frames.
     fn finish(&self) -> Result<()> {
         self.bar.finish_and_clear();

@@ -1,5 +1,6 @@
 //! `hoverlock orthophoto`: a picture as seen straight from above.
 
+use std::f64::consts::FRAC_PI_2;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
@@ -99,7 +100,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     Ok(Verdict::Pass)
 }
 
-/// Returns the displacement (m) of places all over a picture, for ground that is lower by `dh` (m).
+/// Returns the displacement (m) of places all over the ground in a picture, for ground that is lower by `dh` (m).
 fn errors(view: &View, picture: &Plane<u16>, dh: f64) -> Vec<f64> {
     let [width, height] = [picture.width(), picture.height()].map(|size| size as f64);
     let places = (0..GRID * GRID).map(|i| {
@@ -109,9 +110,28 @@ fn errors(view: &View, picture: &Plane<u16>, dh: f64) -> Vec<f64> {
     let attitude = view.attitude();
     places
         .filter_map(|place| transfer(&view.camera().inverse(), place))
-        .map(|ray| {
-            let x = height_error(dh, attitude.roll, ray.x.atan());
-            x.hypot(height_error(dh, attitude.pitch, ray.y.atan()))
-        })
+        .map(|ray| [(attitude.roll, ray.x.atan()), (attitude.pitch, ray.y.atan())])
+        // Above the horizon there is no ground.
+        .filter(|axes| axes.iter().all(|(tilt, phi)| (tilt + phi).abs() < FRAC_PI_2))
+        .map(|[x, y]| height_error(dh, x.0, x.1).hypot(height_error(dh, y.0, y.1)))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use hoverlock_reference::motion::orthophoto::Attitude;
+
+    use super::*;
+
+    #[test]
+    fn places_above_the_horizon_have_no_error() {
+        let picture = Plane::filled(1024, 768, 0);
+        let camera = Camera::with_field_of_view(1024, 768, FRAC_PI_2).unwrap();
+        let count = |roll: f64| {
+            let view = View::new(camera, Attitude { roll: roll.to_radians(), pitch: 0.0, yaw: 0.0 }, 50.0).unwrap();
+            errors(&view, &picture, 10.0).len()
+        };
+        // Rolled by 60 degrees, the horizon is 30 degrees off the axis: (1 + tan 30) / 2 of the columns show ground.
+        assert_eq!([count(0.0), count(60.0)], [GRID * GRID, GRID * 25]);
+    }
 }

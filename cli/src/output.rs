@@ -163,7 +163,7 @@ impl Aside {
     }
 }
 
-fn unwritable(path: &Path) -> String {
+pub fn unwritable(path: &Path) -> String {
     format!("{}: cannot be written; check the folder, its permissions and the space left", path.display())
 }
 
