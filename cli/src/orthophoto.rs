@@ -111,7 +111,7 @@ fn errors(view: &View, picture: &Plane<u16>, dh: f64) -> Vec<f64> {
     places
         .filter_map(|place| transfer(&view.camera().inverse(), place))
         .map(|ray| [(attitude.roll, ray.x.atan()), (attitude.pitch, ray.y.atan())])
-        // Above the horizon there is no ground.
+        // At a right angle to the vertical along an axis the formula ends: the place is above the horizon.
         .filter(|axes| axes.iter().all(|(tilt, phi)| (tilt + phi).abs() < FRAC_PI_2))
         .map(|[x, y]| height_error(dh, x.0, x.1).hypot(height_error(dh, y.0, y.1)))
         .collect()

@@ -163,6 +163,7 @@ impl Aside {
     }
 }
 
+/// Returns the message of a file that cannot be written.
 pub fn unwritable(path: &Path) -> String {
     format!("{}: cannot be written; check the folder, its permissions and the space left", path.display())
 }
