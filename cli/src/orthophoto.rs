@@ -108,10 +108,13 @@ fn errors(view: &View, picture: &Plane<u16>, dh: f64) -> Vec<f64> {
         Vector2::new(width * part(i % GRID), height * part(i / GRID))
     });
     let attitude = view.attitude();
+    let to_level = attitude.rotation();
     places
         .filter_map(|place| transfer(&view.camera().inverse(), place))
+        // The ground is below the horizon.
+        .filter(|ray| (to_level * ray.push(1.0)).z > 0.0)
         .map(|ray| [(attitude.roll, ray.x.atan()), (attitude.pitch, ray.y.atan())])
-        // At a right angle to the vertical along an axis the formula ends: the place is above the horizon.
+        // The formula treats each axis as if the other were level, and ends at a right angle to the vertical.
         .filter(|axes| axes.iter().all(|(tilt, phi)| (tilt + phi).abs() < FRAC_PI_2))
         .map(|[x, y]| height_error(dh, x.0, x.1).hypot(height_error(dh, y.0, y.1)))
         .collect()
@@ -127,11 +130,14 @@ mod tests {
     fn places_above_the_horizon_have_no_error() {
         let picture = Plane::filled(1024, 768, 0);
         let camera = Camera::with_field_of_view(1024, 768, FRAC_PI_2).unwrap();
-        let count = |roll: f64| {
-            let view = View::new(camera, Attitude { roll: roll.to_radians(), pitch: 0.0, yaw: 0.0 }, 50.0).unwrap();
+        let count = |roll: f64, pitch: f64| {
+            let [roll, pitch] = [roll, pitch].map(f64::to_radians);
+            let view = View::new(camera, Attitude { roll, pitch, yaw: 0.0 }, 50.0).unwrap();
             errors(&view, &picture, 10.0).len()
         };
         // Rolled by 60 degrees, the horizon is 30 degrees off the axis: (1 + tan 30) / 2 of the columns show ground.
-        assert_eq!([count(0.0), count(60.0)], [GRID * GRID, GRID * 25]);
+        assert_eq!([count(0.0, 0.0), count(60.0, 0.0)], [GRID * GRID, GRID * 25]);
+        // The sky fills a corner, where x sin 40 cos 40 + y sin 40 > cos^2 40, though neither axis reaches it.
+        assert_eq!(count(40.0, 40.0), 946);
     }
 }
