@@ -131,8 +131,8 @@ pub struct FloatReference {
 pub struct CosimFrame {
     /// File name of the frame.
     pub name: String,
-    /// The pixels, DN.
-    pub picture: Plane<u16>,
+    /// The pixels, DN, if the page shows them.
+    pub picture: Option<Plane<u16>>,
     /// The line of the flight program.
     pub line: FlightLine,
     /// The position by the homographies of the folder, relative to the reference.
@@ -156,13 +156,13 @@ impl CosimFrame {
 pub fn cosim(settings: &CosimSettings, monitor: &dyn Monitor) -> Result<CosimOutcome, CosimError> {
     // A missing or unsuitable ARM binary is reported before the pictures are read.
     check_choice(settings.features, &settings.design, settings.flight_program)?;
-    let Sequence { frames, names, telemetry, inertial, calibration, is_telemetry_assumed, pseudo_truths } =
+    let Sequence { frames, telemetry, inertial, calibration, is_telemetry_assumed, pseudo_truths } =
         sequence::read(&settings.sequence, &settings.limits, monitor)?;
     let step = monitor.long_step("frames through extractor and flight program");
     let started = Instant::now();
-    let start = |features, program| {
-        Chain::start(features, &settings.design, program, &frames[0], calibration.as_ref(), monitor)
-    };
+    let first = frames[0].decode()?;
+    let start =
+        |features, program| Chain::start(features, &settings.design, program, &first, calibration.as_ref(), monitor);
     let mut chain = start(settings.features, settings.flight_program)?;
     let mut float = match settings.features {
         FeatureSource::Float => None,
@@ -173,9 +173,8 @@ pub fn cosim(settings: &CosimSettings, monitor: &dyn Monitor) -> Result<CosimOut
     let total = frames.len();
     let mut inertial = &inertial[..];
     let mut origin: Option<PseudoTruth> = None;
-    for (number, (((picture, name), telemetry), truth)) in
-        frames.into_iter().zip(names).zip(&telemetry).zip(pseudo_truths).enumerate()
-    {
+    for (number, ((file, telemetry), truth)) in frames.iter().zip(&telemetry).zip(pseudo_truths).enumerate() {
+        let picture = file.decode()?;
         let due = inertial.partition_point(|sample| sample.time_us <= telemetry.time_us);
         let (samples, later) = inertial.split_at(due);
         inertial = later;
@@ -204,7 +203,8 @@ pub fn cosim(settings: &CosimSettings, monitor: &dyn Monitor) -> Result<CosimOut
             origin = truth;
         }
         let truth = truth.zip(origin).map(|(truth, origin)| truth.relative_to(&origin));
-        outputs.push(CosimFrame { name, picture, line: output.line, truth, inliers: output.inliers });
+        let picture = flight::shows(number, total).then_some(picture);
+        outputs.push(CosimFrame { name: file.name(), picture, line: output.line, truth, inliers: output.inliers });
     }
     drop(step);
     let reference = float.map(|_| reference);
@@ -282,7 +282,7 @@ impl CosimOutcome {
             estimate: frame.line.estimate(),
             truth: frame.truth.map(|truth| truth.displacement.into()),
             chained: frame.truth.is_some_and(|truth| truth.is_chained),
-            picture: &frame.picture,
+            picture: frame.picture.as_ref(),
             inliers: frame.inliers.clone(),
         });
         let folder = self.sequence.canonicalize().unwrap_or_else(|_| self.sequence.clone());

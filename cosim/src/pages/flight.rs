@@ -59,9 +59,9 @@ pub struct Frame<'a> {
     pub truth: Option<[f64; 2]>,
     /// The homographies of the frames between were multiplied.
     pub chained: bool,
-    /// The pixels, DN.
+    /// The pixels, DN; `None` if the page does not show them.
     #[serde(skip)]
-    pub picture: &'a Plane<u16>,
+    pub picture: Option<&'a Plane<u16>>,
     /// Inliers: positions in the reference and in this frame, px.
     #[serde(skip)]
     pub inliers: Vec<Pair>,
@@ -75,6 +75,16 @@ impl Frame<'_> {
     }
 }
 
+/// Returns the distance between the frames that are shown, for `frames` in all.
+fn step(frames: usize) -> usize {
+    frames.div_ceil(MAX_STILLS).max(1)
+}
+
+/// Returns `true` if the page of a run of `frames` shows the pixels of frame `number`.
+pub fn shows(number: usize, frames: usize) -> bool {
+    number.is_multiple_of(step(frames))
+}
+
 /// Renders the page as HTML, with style, plots and pictures inside it.
 ///
 /// # Errors
@@ -85,8 +95,7 @@ pub fn html(flight: &Flight<'_>) -> Result<String, PageError> {
     let errors: Vec<f64> = flight.frames.iter().filter_map(Frame::error).map(|[x, y]| x.hypot(y)).collect();
     let rms = (errors.iter().map(|error| error * error).sum::<f64>() / errors.len().max(1) as f64).sqrt();
     let run = run(flight);
-    let step = flight.frames.len().div_ceil(MAX_STILLS).max(1);
-    let stills = flight.frames.iter().step_by(step).map(draw_still).collect::<Result<Vec<_>, PlotError>>()?;
+    let stills = flight.frames.iter().filter_map(draw_still).collect::<Result<Vec<_>, PlotError>>()?;
     Ok(environment.get_template("flight.html")?.render(context! {
         style => STYLE,
         script => SCRIPT,
@@ -102,7 +111,7 @@ pub fn html(flight: &Flight<'_>) -> Result<String, PageError> {
         errors => [run.error(0)?, run.error(1)?],
         quality => run.quality()?,
         inliers => run.inliers(None)?,
-        step => step,
+        step => step(flight.frames.len()),
         stills => value(stills),
     })?)
 }
@@ -163,12 +172,13 @@ fn run<'a>(flight: &'a Flight<'_>) -> Run<'a> {
     }
 }
 
-/// Draws a frame with its inliers.
-fn draw_still(frame: &Frame<'_>) -> Result<Still, PlotError> {
+/// Draws a frame with its inliers; `None` if its pixels are not shown.
+fn draw_still(frame: &Frame<'_>) -> Option<Result<Still, PlotError>> {
+    let picture = frame.picture?;
     let inliers = if frame.estimate.is_some() { &frame.inliers[..] } else { &[] };
     let description = describe(frame.estimate.as_ref(), frame.reason.as_deref(), &frame.status);
-    let (step, small) = reduced(frame.picture, MAX_STILL_COLUMNS);
-    still(&frame.name, &small, step, inliers, format!("{}: {description}", frame.name))
+    let (step, small) = reduced(picture, MAX_STILL_COLUMNS);
+    Some(still(&frame.name, &small, step, inliers, format!("{}: {description}", frame.name)))
 }
 
 #[cfg(test)]
@@ -192,9 +202,15 @@ mod tests {
             estimate,
             truth: Some([1.0, 2.0]),
             chained: false,
-            picture,
+            picture: Some(picture),
             inliers: vec![Pair { reference: Vector2::new(10.0, 11.0), current: Vector2::new(20.5, 21.25) }],
         }
+    }
+
+    #[test]
+    fn a_long_run_shows_no_more_frames_than_a_short_one() {
+        let count = |frames: usize| (0..frames).filter(|&number| shows(number, frames)).count();
+        assert_eq!([2, 24, 25, 48, 9000].map(count), [2, 24, 13, 24, 24]);
     }
 
     #[test]

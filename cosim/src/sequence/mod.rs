@@ -1,6 +1,7 @@
 //! A folder of frames with the data that belong to it: telemetry, and homographies fitted to the pictures.
 
 pub mod calibration;
+mod frame;
 pub mod inertial;
 mod pseudo_truth;
 pub mod telemetry;
@@ -10,13 +11,12 @@ use std::path::{Path, PathBuf};
 
 use hoverlock_arm::calibration::Calibration;
 use hoverlock_arm::message::{InertialSample, Telemetry};
-use hoverlock_design::KT27;
 use hoverlock_pictures::folder::{self, FolderError};
-use hoverlock_pictures::{Limits, PictureError, PictureFile};
-use hoverlock_reference::image::plane::Plane;
+use hoverlock_pictures::{Limits, PictureError};
 use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::Attitude;
 
+pub use frame::FrameFile;
 pub use inertial::InertialError;
 pub use pseudo_truth::{PseudoTruth, PseudoTruthError};
 pub use telemetry::TelemetryError;
@@ -40,9 +40,6 @@ pub const CALIBRATION: &str = "calibration.toml";
 /// File name of the homographies in the folder.
 pub const HOMOGRAPHIES: &str = "pseudo_gt.csv";
 
-/// Smallest width and height of a frame that the hardware takes, px.
-const MIN_SIDE: usize = 64;
-
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 /// Assumed range, m. Range and field of view only set the length of a metre. A tilt known to 5 degrees at 60 m gives a
@@ -65,10 +62,8 @@ pub const ASSUMED_TELEMETRY: &str = "assumed: roll, pitch and yaw 0, range 20 m,
 
 /// The frames of a folder in order of their names.
 pub struct Sequence {
-    /// The frames, all of one size.
-    pub frames: Vec<Plane<u16>>,
-    /// File name of each frame.
-    pub names: Vec<String>,
+    /// The frames, all of one size: at least two.
+    pub frames: Vec<FrameFile>,
     /// Telemetry of each frame.
     pub telemetry: Vec<Telemetry>,
     /// Samples of the inertial sensor, the oldest first; none if the folder has no table of them.
@@ -129,6 +124,8 @@ pub enum SequenceError {
 /// Pictures larger than a frame of `kt27` are cropped to their centre, and the field of view is reduced accordingly.
 /// The monitor receives a remark for each picture that is turned or cropped. A picture of one value is a frame.
 ///
+/// Each picture is decoded once, so that a damaged one is refused before the first frame is processed.
+///
 /// # Errors
 /// The folder has fewer than two pictures, pictures of different sizes, a picture with fewer than 64 rows or columns,
 /// or a file that cannot be read.
@@ -140,43 +137,34 @@ pub fn read(folder: &Path, limits: &Limits, monitor: &dyn Monitor) -> Result<Seq
     if files.len() < 2 {
         return Err(SequenceError::OnePicture(folder.into()));
     }
-    let (frame_width, frame_height) = (KT27.width as usize, KT27.height as usize);
-    let (mut frames, mut names) = (Vec::<Plane<u16>>::new(), Vec::new());
-    let (mut whole, mut corner) = ((0, 0), (0, 0));
-    for path in &files {
-        let file = PictureFile::open(path, limits)?.require(MIN_SIDE, MIN_SIDE)?;
-        folder::remarks(&file, Some((frame_width, frame_height))).iter().for_each(|remark| monitor.remark(remark));
-        let picture = file.decode()?.require_size(MIN_SIDE, MIN_SIDE)?;
-        let size = (picture.luma.width(), picture.luma.height());
-        if !frames.is_empty() && size != whole {
-            let ((width, height), (first_width, first_height)) = (size, whole);
-            return Err(SequenceError::Size { path: path.clone(), width, height, first_width, first_height });
+    let mut frames = Vec::<FrameFile>::new();
+    {
+        let _step = monitor.long_step("checking the pictures");
+        for path in files {
+            let frame = FrameFile::check(path, limits, monitor)?;
+            frames.push(match frames.first() {
+                Some(first) => frame.require_size_of(first)?,
+                None => frame,
+            });
         }
-        let frame = picture.crop(frame_width, frame_height);
-        (whole, corner) = (size, (frame.x, frame.y));
-        frames.push(frame.luma);
-        names.push(path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned());
     }
+    let first = &frames[0];
     let table = folder.join(TELEMETRY);
     let is_telemetry_assumed = !table.exists();
     let mut telemetry =
         if is_telemetry_assumed { assumed(frames.len()) } else { telemetry::read(&table, frames.len())? };
     // The telemetry has the field of view of the whole picture; the frame is its centre.
     for readings in &mut telemetry {
-        let part = frames[0].width() as f64 / whole.0 as f64;
-        readings.field_of_view = 2.0 * (part * (readings.field_of_view / 2.0).tan()).atan();
+        readings.field_of_view = 2.0 * (first.part() * (readings.field_of_view / 2.0).tan()).atan();
     }
     let table = folder.join(INERTIAL);
     let inertial = if table.exists() { inertial::read(&table)? } else { Vec::new() };
     let file = folder.join(CALIBRATION);
     let calibration = file.exists().then(|| calibration::read(&file)).transpose()?;
     let table = folder.join(HOMOGRAPHIES);
-    let pseudo_truths = if table.exists() {
-        pseudo_truth::read(&table, &frames, corner, &telemetry)?
-    } else {
-        vec![None; frames.len()]
-    };
-    Ok(Sequence { frames, names, telemetry, inertial, calibration, is_telemetry_assumed, pseudo_truths })
+    let pseudo_truths =
+        if table.exists() { pseudo_truth::read(&table, first, &telemetry)? } else { vec![None; frames.len()] };
+    Ok(Sequence { frames, telemetry, inertial, calibration, is_telemetry_assumed, pseudo_truths })
 }
 
 /// Returns the assumed telemetry of a number of frames.

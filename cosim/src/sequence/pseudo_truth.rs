@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use hoverlock_arm::message::Telemetry;
-use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::model::{Pair, transfer};
 use hoverlock_reference::motion::orthophoto::{Camera, View};
 use hoverlock_reference::motion::pose;
 use nalgebra::{Matrix3, Vector2};
 use serde::Deserialize;
+
+use super::FrameFile;
 
 /// Columns and rows of the grid of points that represents a homography.
 const GRID: (usize, usize) = (12, 9);
@@ -81,11 +82,10 @@ impl Row {
 
 /// Reads a table of homographies and returns the position of each frame. A position is that of the pose fit, with the
 /// same telemetry, of a grid of points that the homography moves, so an estimate differs from it by its features and
-/// matches alone. `corner` is the pixel of the pictures at which the frames begin.
+/// matches alone. The frames are as large as `first`; `telemetry` has a row for each.
 pub(super) fn read(
     table: &Path,
-    frames: &[Plane<u16>],
-    corner: (usize, usize),
+    first: &FrameFile,
     telemetry: &[Telemetry],
 ) -> Result<Vec<Option<PseudoTruth>>, PseudoTruthError> {
     // A device may never end, and opening a FIFO waits for its writer.
@@ -100,20 +100,20 @@ pub(super) fn read(
     if let Some(row) = rows.iter().position(|row| row.homography().is_some_and(|h| !h.iter().all(|v| v.is_finite()))) {
         return Err(PseudoTruthError::NotFinite { path: table.into(), row: row + 1 });
     }
-    let corner = Vector2::new(corner.0 as f64, corner.1 as f64);
+    let (left, top) = first.corner();
+    let corner = Vector2::new(left as f64, top as f64);
     let moved = |reference: usize, frame: usize| {
         let row = rows.iter().find(|row| (row.reference, row.frame) == (reference, frame))?;
         Some(Matrix3::new_translation(&-corner) * row.homography()? * Matrix3::new_translation(&corner))
     };
-    let size = (frames[0].width(), frames[0].height());
     let mut before = Some(Matrix3::identity());
     let mut truths = vec![Some(PseudoTruth { displacement: Vector2::zeros(), is_chained: false })];
-    for frame in 1..frames.len() {
+    for frame in 1..telemetry.len() {
         let direct = moved(0, frame);
         let homography = direct.or_else(|| Some(moved(frame - 1, frame)? * before?));
         before = homography;
         truths.push(homography.and_then(|homography| {
-            let displacement = displacement(&homography, size, [telemetry[0], telemetry[frame]])?;
+            let displacement = displacement(&homography, first.size(), [telemetry[0], telemetry[frame]])?;
             Some(PseudoTruth { displacement, is_chained: direct.is_none() })
         }));
     }

@@ -1,0 +1,93 @@
+//! A picture file of a sequence. Its pixels are decoded for the time that they are needed: a recording of ten minutes
+//! does not fit into memory.
+
+use std::path::{Path, PathBuf};
+
+use hoverlock_design::KT27;
+use hoverlock_pictures::{Limits, PictureFile, centred_crop, folder};
+use hoverlock_reference::image::plane::Plane;
+
+use super::SequenceError;
+use crate::Monitor;
+
+/// Smallest width and height of a frame that the hardware takes, px.
+const MIN_SIDE: usize = 64;
+
+/// Returns columns and rows of the largest frame, that of `kt27`.
+fn largest() -> (usize, usize) {
+    (KT27.width as usize, KT27.height as usize)
+}
+
+/// A picture file of a sequence. The frame is the centre of the picture, at most as large as a frame of `kt27`.
+#[derive(Debug, Clone)]
+pub struct FrameFile {
+    path: PathBuf,
+    /// Columns and rows of the whole picture.
+    whole: (usize, usize),
+    limits: Limits,
+}
+
+impl FrameFile {
+    /// Checks a file and the pixels in it. The monitor receives remarks if the picture is turned or cropped.
+    ///
+    /// # Errors
+    /// The file cannot be read, is damaged or beyond the limits, or the picture has fewer than 64 rows or columns.
+    pub(super) fn check(path: PathBuf, limits: &Limits, monitor: &dyn Monitor) -> Result<Self, SequenceError> {
+        let file = PictureFile::open(&path, limits)?.require(MIN_SIDE, MIN_SIDE)?;
+        folder::remarks(&file, Some(largest())).iter().for_each(|remark| monitor.remark(remark));
+        let whole = file.size();
+        file.decode()?;
+        Ok(Self { path, whole, limits: limits.clone() })
+    }
+
+    /// Returns this file if its picture is as large as that of `other`.
+    ///
+    /// # Errors
+    /// It is not.
+    pub(super) fn require_size_of(self, other: &Self) -> Result<Self, SequenceError> {
+        check_size(&self.path, self.whole, other.whole)?;
+        Ok(self)
+    }
+
+    /// Returns the name of the file.
+    pub fn name(&self) -> String {
+        self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned()
+    }
+
+    /// Returns columns and rows of the frame.
+    pub fn size(&self) -> (usize, usize) {
+        let (_, _, width, height) = centred_crop(self.whole, largest());
+        (width, height)
+    }
+
+    /// Returns the pixel of the picture at which the frame begins.
+    pub(super) fn corner(&self) -> (usize, usize) {
+        let (x, y, _, _) = centred_crop(self.whole, largest());
+        (x, y)
+    }
+
+    /// Returns the columns of the frame over those of the picture.
+    pub(super) fn part(&self) -> f64 {
+        self.size().0 as f64 / self.whole.0 as f64
+    }
+
+    /// Decodes the frame, DN.
+    ///
+    /// # Errors
+    /// The file was changed after it was checked: it cannot be read, is damaged, or has another size.
+    pub fn decode(&self) -> Result<Plane<u16>, SequenceError> {
+        let picture = PictureFile::open(&self.path, &self.limits)?.decode()?;
+        check_size(&self.path, (picture.luma.width(), picture.luma.height()), self.whole)?;
+        let (width, height) = largest();
+        Ok(picture.crop(width, height).luma)
+    }
+}
+
+/// Checks that a picture is as large as those before.
+fn check_size(path: &Path, size: (usize, usize), first: (usize, usize)) -> Result<(), SequenceError> {
+    if size == first {
+        return Ok(());
+    }
+    let ((width, height), (first_width, first_height)) = (size, first);
+    Err(SequenceError::Size { path: path.into(), width, height, first_width, first_height })
+}
