@@ -9,12 +9,16 @@ import csv
 import math
 import statistics
 import sys
+from collections import defaultdict
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import results
 
 TABLE = results.ROOT / "docs/flights.csv"
+# Ingredients with a number in every flight; ingredients of which each value is one.
+IN_EVERY_FLIGHT = ("height", "gusts", "sun")
+NAMED_BY_VALUE = ("ground", "climb")
 FIGURE = {
     "figure": "random flights; an estimate is misleading if its error exceeds its protection level",
     "unit": "flights, estimates, %, cm",
@@ -40,12 +44,24 @@ def commits(rows: list[dict]) -> str:
     return ", ".join(dict.fromkeys(short(row["commit"]) for row in rows))
 
 
+def nees_by_ingredient(rows: list[dict]) -> dict[str, float]:
+    """Returns the mean NEES of the flights that have an ingredient, for each that flights can lack."""
+    nees = defaultdict(list)
+    for row in rows:
+        for ingredient in row["ingredients"].split():
+            kind, value = ingredient.split("=")
+            if kind not in IN_EVERY_FLIGHT:
+                nees[f"{kind} {value}" if kind in NAMED_BY_VALUE else kind].append(float(row["nees"]))
+    return {ingredient: statistics.fmean(values) for ingredient, values in nees.items()}
+
+
 def summary(rows: list[dict]) -> dict:
     """Returns totals over rows. NEES and error are those of the flights with an estimate."""
     total = lambda key: sum(int(row[key]) for row in rows)
     estimates = sum(int(cell.split(":")[2]) for row in rows for cell in row["cells"].split())
     answered = [row for row in rows if row["nees"]]
     nees = [float(row["nees"]) for row in answered]
+    ingredients = nees_by_ingredient(answered).values()
     errors = [float(row["error_rms_m"]) for row in answered]
     return {
         "flights": len(rows),
@@ -57,6 +73,8 @@ def summary(rows: list[dict]) -> dict:
         "availability": round(100 * total("answered") / total("in_view"), 1),
         "nees_median": round(statistics.median(nees), 2),
         "nees_mean": round(statistics.fmean(nees), 1),
+        "nees_ingredient_min": round(min(ingredients), 1),
+        "nees_ingredient_max": round(max(ingredients), 1),
         "error_median": round(100 * statistics.median(errors), 1),
         "error_rms": round(100 * math.sqrt(statistics.fmean(error * error for error in errors)), 1),
         "worst_ratio": round(max(float(row["worst_ratio"]) for row in answered), 1),

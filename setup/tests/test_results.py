@@ -162,6 +162,11 @@ def test_the_random_flights_of_the_table_are_those_of_the_file():
     assert {entries[key]["commit"] for key in recorded} == {flights.commits(flights.flights())}
 
 
+def test_the_nees_of_an_ingredient_is_that_of_the_flights_that_have_it():
+    rows = [{"nees": "1.0", "ingredients": "height=18 ground=town black=0.30"}, {"nees": "4.0", "ingredients": "height=90 ground=grass black=1.2"}]
+    assert flights.nees_by_ingredient(rows) == {"ground town": 1.0, "ground grass": 4.0, "black": 2.5}
+
+
 def test_random_flights_have_the_commits_that_flew_them(project):
     rows = [{"commit": commit} for commit in ("0123456789ab", "0123456789ab", "89abcdef0123-dirty")]
     assert flights.commits(rows) == "01234567, 89abcdef-dirty"
