@@ -14,7 +14,7 @@ use serde::Deserialize;
 pub use check::SceneError;
 
 /// A scene, parsed and checked.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
     pub(crate) ground: Ground,
@@ -45,7 +45,7 @@ fn one() -> f64 {
 }
 
 /// The kind of ground.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Ground {
     Picture(PictureGround),
@@ -57,7 +57,7 @@ pub(crate) enum Ground {
 }
 
 /// A picture placed on the ground, its middle at the origin, columns along `X_e`, mirrored at its borders.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct PictureGround {
     pub file: PathBuf,
@@ -68,7 +68,7 @@ pub(crate) struct PictureGround {
 }
 
 /// Parcels of about `parcel_m`, tracks between them, trees along their edges.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Field {
     #[serde(default = "Field::parcel")]
@@ -84,7 +84,7 @@ impl Field {
 }
 
 /// Blocks of about `block_m` between streets, with houses, gardens, trees and cars.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Town {
     #[serde(default = "Town::block")]
@@ -104,19 +104,19 @@ impl Town {
 }
 
 /// A paved square with grass around it.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Asphalt {
     pub side_m: f64,
 }
 
 /// A meadow without borders.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Grass {}
 
 /// Waves of about `wave_m` and shorter that run downwind, with an rms slope of `slope`.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Water {
     #[serde(default = "Water::wave")]
@@ -139,7 +139,7 @@ impl Water {
 }
 
 /// Heights of the ground about its mean.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Relief {
     Hills(Hills),
@@ -147,7 +147,7 @@ pub(crate) enum Relief {
 }
 
 /// Smooth hills, `octaves` of them, each half as long as the one before.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Hills {
     pub rms_m: f64,
@@ -163,7 +163,7 @@ impl Hills {
 }
 
 /// A picture whose black and white are `height_m` apart, its mean at `Z = 0`.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct HeightMap {
     pub file: PathBuf,
@@ -172,8 +172,8 @@ pub(crate) struct HeightMap {
 }
 
 /// The direction of the sun: azimuth from `X_e` towards `Y_e`, elevation over the horizon.
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub(crate) struct Sun {
     pub azimuth_deg: f64,
     pub elevation_deg: f64,
@@ -186,21 +186,21 @@ impl Default for Sun {
 }
 
 /// Mist, as extinction along the ray.
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Mist {
     pub extinction_per_m: f64,
 }
 
 /// Rain or snow, as drops or flakes per cubic metre of air.
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Fall {
     pub per_m3: f64,
 }
 
 /// A box with a roof; `size_m` is along and across `yaw_deg`.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Building {
     pub at_m: [f64; 2],
@@ -222,7 +222,7 @@ pub(crate) enum Roof {
 }
 
 /// A tree, as a crown of leaves.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Tree {
     pub at_m: [f64; 2],
@@ -231,7 +231,7 @@ pub(crate) struct Tree {
 }
 
 /// A car that drives from one point to another, again and again.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Car {
     pub from_m: [f64; 2],
@@ -240,7 +240,7 @@ pub(crate) struct Car {
 }
 
 /// A disc with a ring and an H, painted on the ground; `heading_deg` is the upright of the H.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Helipad {
     pub at_m: [f64; 2],
@@ -271,7 +271,28 @@ impl Scene {
     /// # Errors
     /// If the text has an error; the message starts with its line, and the caller puts the file name before it.
     pub fn parse(text: &str, folder: &Path) -> Result<Self, SceneError> {
-        check::parse(text, folder)
+        check::parse(text, None, folder)
+    }
+
+    /// Parses and checks the scene in the table `key` of a text, as [`Scene::parse`] does. Lines are those of the text.
+    ///
+    /// # Errors
+    /// As [`Scene::parse`].
+    pub fn parse_table(text: &str, key: &str, folder: &Path) -> Result<Self, SceneError> {
+        check::parse(text, Some(key), folder)
+    }
+
+    /// Returns the paths of the picture files that the scene is made from.
+    pub fn pictures(&self) -> Vec<&Path> {
+        let ground = match &self.ground {
+            Ground::Picture(picture) => Some(picture.file.as_path()),
+            _ => None,
+        };
+        let relief = match &self.relief {
+            Some(Relief::Map(map)) => Some(map.file.as_path()),
+            _ => None,
+        };
+        [ground, relief].into_iter().flatten().collect()
     }
 
     /// Returns the direction to the sun, of length 1.

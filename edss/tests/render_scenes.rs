@@ -4,6 +4,7 @@ use std::path::Path;
 
 use hoverlock_edss::render::Renderer;
 use hoverlock_edss::scene::Scene;
+use nalgebra::Vector2;
 
 fn refusal(text: &str) -> String {
     match Scene::parse(text, Path::new("nowhere")) {
@@ -68,6 +69,31 @@ fn what_is_wrong_is_refused_by_line() {
         assert!(found.starts_with(expected), "{found}\nexpected {expected}");
         assert!(!found.contains('\n'), "{found}");
     }
+}
+
+#[test]
+fn a_map_of_heights_has_two_columns_and_rows_and_a_sun_has_defaults() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = |columns: usize| {
+        let samples = vec![b'1'; columns];
+        let head = format!("P5\n{columns} 2\n255\n");
+        std::fs::write(folder.path().join("map.pgm"), [head.as_bytes(), &samples, &samples].concat()).unwrap();
+        let text =
+            "[ground.grass]\n[sun]\nelevation_deg = 30\n[relief.map]\nfile = \"map.pgm\"\ntexel_m = 1\nheight_m = 9\n";
+        Scene::parse(text, folder.path())
+    };
+    let refused = scene(1).unwrap_err().to_string();
+    assert!(refused.starts_with("line 5: relief.map.file: ") && refused.contains("at least 2 x 2"), "{refused}");
+    let renderer = Renderer::new(&scene(2).unwrap(), 1).unwrap();
+    assert_eq!(renderer.surface(0.0, Vector2::new(3.0, -4.0)), 0.0);
+}
+
+#[test]
+fn the_surface_is_that_of_roofs_and_hills() {
+    let text = "[ground.grass]\n[[building]]\nat_m = [5, 0]\nsize_m = [4, 4]\nheight_m = 7\n";
+    let renderer = Renderer::new(&Scene::parse(text, Path::new("")).unwrap(), 1).unwrap();
+    let heights = [[5.0, 0.0], [6.9, 1.9], [7.1, 0.0]].map(|[x, y]| renderer.surface(0.0, Vector2::new(x, y)));
+    assert!(heights.iter().zip([7.0, 7.0, 0.0]).all(|(found, height)| (found - height).abs() < 1e-3), "{heights:?}");
 }
 
 #[test]

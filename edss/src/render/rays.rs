@@ -11,6 +11,9 @@ use crate::pose::Pose;
 /// Length at which a ray ends without a hit, m.
 const MAX_RANGE_M: f64 = 10_000.0;
 
+/// A height above every hill and roof of a scene, m.
+const ABOVE_ALL_M: f64 = 1000.0;
+
 impl Renderer {
     /// Returns the distance, m, from `origin` along a `direction` of length 1 to the nearest terrain or object; `None`
     /// if there is none within 10 km.
@@ -25,6 +28,11 @@ impl Renderer {
         let limit = nearest.map_or(MAX_RANGE_M as f32, |range| range as f32);
         let hits = first_hits(&objects, &Vectors::all(&ray), &[limit; RAYS]);
         hits.surface(0).map(|_| hits.along[0].into()).or(nearest)
+    }
+
+    /// Returns the height, m, of the highest terrain or object at a place over the mean ground, m.
+    pub fn surface(&self, time: f64, place: Vector2<f64>) -> f64 {
+        self.range(time, place.push(-ABOVE_ALL_M), Vector3::z()).map_or(0.0, |range| ABOVE_ALL_M - range)
     }
 
     /// Returns the point of the scene that a pixel shows at `time`, m; `None` if its ray hits nothing.

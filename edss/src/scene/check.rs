@@ -3,9 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use hoverlock_pictures::{Limits, PictureFile, demo_dir};
-use toml::de::{DeTable, DeValue};
+use serde::Deserialize as _;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::{Ground, Relief, Scene};
+use crate::toml_text;
 
 /// An error in a scene file, shown as `line N: KEY: why`.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -19,27 +22,39 @@ pub struct SceneError {
     pub why: String,
 }
 
+/// Smallest number of columns and rows of a map of heights, whose slopes are those between neighbours.
+const MIN_MAP_SIDE: usize = 2;
+
 /// Largest number of objects of one kind in a scene.
 const MAX_OBJECTS: usize = 2000;
 
-pub(super) fn parse(text: &str, folder: &Path) -> Result<Scene, SceneError> {
-    let line = |offset: usize| text.as_bytes()[..offset.min(text.len())].iter().filter(|&&b| b == b'\n').count() + 1;
-    let table = DeTable::parse(text);
-    let mut scene: Scene = toml::from_str(text).map_err(|error| {
-        let start = error.span().map_or(0, |span| span.start);
-        // A missing table concerns the whole file and not its first key.
-        let whole = start == 0 && error.message().starts_with("missing");
-        let table = table.as_ref().ok().filter(|_| !whole);
-        let key = table.map(|table| key_at(table.get_ref(), start)).unwrap_or_default();
-        // Messages about enumerations and wrong types may have several lines; an error here has one.
-        SceneError { line: line(start), key, why: error.message().split_whitespace().collect::<Vec<_>>().join(" ") }
+/// Parses the scene in the table `key` of a text, or in the whole text.
+pub(super) fn parse(text: &str, key: Option<&str>, folder: &Path) -> Result<Scene, SceneError> {
+    let refused =
+        |offset: usize, key: String, why: String| SceneError { line: toml_text::line(text, offset), key, why };
+    let document = DeTable::parse(text).map_err(|error| {
+        refused(error.span().map_or(0, |span| span.start), String::new(), toml_text::message(&error))
+    })?;
+    let document = Spanned::new(document.span(), DeValue::Table(document.into_inner()));
+    let root = key.and_then(|key| document.get_ref().get(key)).unwrap_or(&document);
+    let (begin, empty) = (root.span().start, DeTable::new());
+    let table = root.get_ref().as_table().unwrap_or(&empty);
+    // A key of the text: that of the scene, if it has one, and the key within.
+    let named = |inner: String| match key {
+        Some(key) if inner.is_empty() => key.to_owned(),
+        Some(key) => format!("{key}.{inner}"),
+        None => inner,
+    };
+    let mut scene = Scene::deserialize(ValueDeserializer::from(root.clone())).map_err(|error| {
+        let start = error.span().map_or(begin, |span| span.start);
+        // A missing table concerns the whole scene and not its first key.
+        let whole = start == begin && error.message().starts_with("missing");
+        let inner = if whole { String::new() } else { toml_text::key_at(table, start) };
+        refused(start, named(inner), toml_text::message(&error))
     })?;
     match check(&mut scene, folder) {
         Ok(()) => Ok(scene),
-        Err(Violation { path, why }) => {
-            let start = table.as_ref().map_or(0, |table| offset_of(table.get_ref(), &path));
-            Err(SceneError { line: line(start), key: path.join("."), why })
-        }
+        Err(Violation { path, why }) => Err(refused(offset_of(table, begin, &path), named(path.join(".")), why)),
     }
 }
 
@@ -48,9 +63,10 @@ struct Violation {
     why: String,
 }
 
-/// Returns the byte offset of the value at a path of keys and indices, or of the last table on the way that exists.
-fn offset_of(table: &DeTable<'_>, path: &[String]) -> usize {
-    let mut offset = 0;
+/// Returns the byte offset of the value at a path of keys and indices, or of the last table on the way that exists. The
+/// first table begins at `begin`.
+fn offset_of(table: &DeTable<'_>, begin: usize, path: &[String]) -> usize {
+    let mut offset = begin;
     let mut tables = Some(table);
     let mut array = None;
     for step in path {
@@ -75,33 +91,6 @@ fn offset_of(table: &DeTable<'_>, path: &[String]) -> usize {
     offset
 }
 
-/// Returns the key whose name or value is at a byte offset.
-fn key_at(table: &DeTable<'_>, offset: usize) -> String {
-    for (key, value) in table {
-        if key.span().contains(&offset) {
-            return key.get_ref().to_string();
-        }
-        let inner = match value.get_ref() {
-            DeValue::Table(inner) => key_at(inner, offset),
-            DeValue::Array(values) => values
-                .iter()
-                .enumerate()
-                .filter_map(|(i, value)| value.get_ref().as_table().map(|inner| (i, key_at(inner, offset))))
-                .find(|(_, inner)| !inner.is_empty())
-                .map(|(i, inner)| format!("{i}.{inner}"))
-                .unwrap_or_default(),
-            _ => String::new(),
-        };
-        if !inner.is_empty() {
-            return format!("{}.{inner}", key.get_ref());
-        }
-        if value.span().contains(&offset) {
-            return key.get_ref().to_string();
-        }
-    }
-    String::new()
-}
-
 type CheckResult = Result<(), Violation>;
 
 fn path_of(path: &str) -> Vec<String> {
@@ -124,7 +113,7 @@ fn check(scene: &mut Scene, folder: &Path) -> CheckResult {
         Ground::Picture(picture) => {
             within("ground.picture.texel_m", picture.texel_m, 1e-4, 10.0)?;
             within("ground.picture.grain", picture.grain, 0.0, 1.0)?;
-            find("ground.picture.file", &mut picture.file, folder)?;
+            find("ground.picture.file", &mut picture.file, 1, folder)?;
         }
         Ground::Field(field) => {
             within("ground.field.parcel_m", field.parcel_m, 10.0, 100.0)?;
@@ -155,7 +144,7 @@ fn check(scene: &mut Scene, folder: &Path) -> CheckResult {
         Some(Relief::Map(map)) => {
             within("relief.map.texel_m", map.texel_m, 0.01, 1000.0)?;
             within("relief.map.height_m", map.height_m, 0.0, 200.0)?;
-            find("relief.map.file", &mut map.file, folder)?;
+            find("relief.map.file", &mut map.file, MIN_MAP_SIDE, folder)?;
         }
     }
     within("sun.azimuth_deg", scene.sun.azimuth_deg, -360.0, 360.0)?;
@@ -220,8 +209,9 @@ fn check_objects(scene: &Scene) -> CheckResult {
     Ok(())
 }
 
-/// Replaces the name of a picture file by its path, and checks its header.
-fn find(path: &str, file: &mut PathBuf, folder: &Path) -> CheckResult {
+/// Replaces the name of a picture file by its path, and checks its header. The picture has at least `min_side` columns
+/// and rows.
+fn find(path: &str, file: &mut PathBuf, min_side: usize, folder: &Path) -> CheckResult {
     let refuse = |why: String| Err(Violation { path: path_of(path), why });
     let fetched = demo_dir().map(|pictures| pictures.join(&*file));
     let Some(found) = [Some(folder.join(&*file)), fetched].into_iter().flatten().find(|path| path.is_file()) else {
@@ -231,7 +221,7 @@ fn find(path: &str, file: &mut PathBuf, folder: &Path) -> CheckResult {
             if folder.as_os_str().is_empty() { Path::new(".") } else { folder }.display(),
         ));
     };
-    match PictureFile::open(&found, &Limits::default()) {
+    match PictureFile::open(&found, &Limits::default()).and_then(|picture| picture.require(min_side, min_side)) {
         Ok(_) => *file = found,
         Err(error) => return refuse(error.to_string()),
     }
