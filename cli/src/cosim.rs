@@ -86,7 +86,7 @@ fn text(outcome: &CosimOutcome, out: Option<&Path>) -> String {
     );
     for frame in &outcome.frames {
         let line = &frame.line;
-        let _ = write!(text, "{:<14} {:<9}", frame.name, line.status);
+        let _ = write!(text, "{:<14} {:<9}", shown(Path::new(&frame.name)), line.status);
         if let (Some(at), Some([xx, _, _, yy])) = (line.displacement(), line.covariance_m2) {
             let count = |count: Option<usize>| count.unwrap_or_default();
             let agree = format!("{} of {}", count(line.inliers), count(line.matches));

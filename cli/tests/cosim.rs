@@ -24,6 +24,10 @@ const FIELD_OF_VIEW: f64 = 50.0;
 /// Metres of a sample of the ground: that of a pixel at 50 m.
 const SAMPLE: f64 = 0.145;
 
+/// The header of a table of the inertial sensor.
+const INERTIAL_COLUMNS: &str =
+    "time_s,rate_x_rad_per_s,rate_y_rad_per_s,rate_z_rad_per_s,force_x_m_per_s2,force_y_m_per_s2,force_z_m_per_s2";
+
 /// Where a camera is and how it looks: X_e, Y_e and height, m; roll, pitch and yaw, degrees.
 type Place = ([f64; 3], [f64; 3]);
 
@@ -342,7 +346,7 @@ fn a_bad_sequence_is_one_line_and_status_2() {
     refused(&["cosim", folder], "4 rows of telemetry for 2 pictures");
     put("telemetry.csv", telemetry(&FLIGHT[..2]).as_bytes());
     put("pseudo_gt.csv", b"ref,frame,ok,h00,h01,h02,h10,h11,h12,h20,h21,h22\n0,1,1,inf,0,0,0,1,0,0,0,1\n");
-    refused(&["cosim", folder], "row 1 of the homographies has a value that is not a finite number");
+    refused(&["cosim", folder], "row 1 of the homographies: a value is not a finite number");
     fs::remove_file(other.path().join("pseudo_gt.csv")).unwrap();
     fs::create_dir(other.path().join("pseudo_gt.csv")).unwrap();
     refused(&["cosim", folder], "pseudo_gt.csv: the table of homographies is not a regular file");
@@ -360,6 +364,38 @@ fn a_bad_sequence_is_one_line_and_status_2() {
     assert!(line.contains("/missing/hoverlock-nav") && line.contains("make arm"), "{line}");
     // A page that cannot be written leaves nothing behind.
     refused(&["cosim", sequence, "--out", &format!("{sequence}/00.png")], "00.png");
+}
+
+/// What is beside the frames is read, named, or left out as its name says.
+#[test]
+fn links_to_nothing_other_times_and_hidden_files_are_seen() {
+    let folder = flight();
+    let put = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    let sequence = folder.path().to_str().unwrap();
+    put("._00.png", "of another system");
+    put("telemetry.csv", &telemetry(&FLIGHT));
+    put("inertial.csv", &format!("{INERTIAL_COLUMNS}\n900,0,0,0,0,0,-9.8\n"));
+    let output = hoverlock(&["cosim", sequence]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("inertial.csv: no sample is between the frames: samples are from 900 to 900 s"), "{said}");
+    fs::remove_file(folder.path().join("inertial.csv")).unwrap();
+    std::os::unix::fs::symlink("/missing/calibration.toml", folder.path().join("calibration.toml")).unwrap();
+    refused(&["cosim", sequence], "calibration.toml: cannot be read");
+}
+
+/// Of many pictures that are cropped, one remark names the first, another counts the others.
+#[test]
+fn remarks_do_not_repeat_and_names_stay_on_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["a.png", "b.png", "c\nd.png"] {
+        save(folder.path(), name, &Plane::from_fn(1100, 800, |x, y| ground(x as f64, y as f64)));
+    }
+    let output = hoverlock(&["cosim", folder.path().to_str().unwrap()]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(said.matches("is larger than the frame").count(), 1, "{said}");
+    assert!(said.contains("2 more of these pictures are turned or cropped"), "{said}");
+    let table = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(table.contains("c\\nd.png") && table.lines().count() < 8, "{table}");
 }
 
 /// Returns a folder of the flight in which some frames are replaced.

@@ -2,7 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use hoverlock_edss::toml_text;
 use serde::de::DeserializeOwned;
+use toml::Spanned;
+use toml::de::{DeTable, Deserializer, Error};
 
 /// What a file holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,12 +74,38 @@ impl Kind {
     /// # Errors
     /// The text is not TOML, has an unknown key, or a value of another type.
     pub(crate) fn parse<T: DeserializeOwned>(self, text: &str, path: &Path) -> Result<T, TomlFileError> {
-        toml::from_str(text).map_err(|error| {
-            let start = error.span().map_or(0, |span| span.start);
-            let line = text.as_bytes()[..start.min(text.len())].iter().filter(|&&byte| byte == b'\n').count() + 1;
-            let what = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
-            self.invalid(path, format!("line {line}: {what}"))
-        })
+        let table = DeTable::parse(text).map_err(|error| self.located(text, path, "", None, &error))?;
+        self.deserialize(text, path, table)
+    }
+
+    /// Converts the table of a text, or what is left of it.
+    ///
+    /// # Errors
+    /// The table has an unknown key, or a value of another type.
+    pub(crate) fn deserialize<T: DeserializeOwned>(
+        self,
+        text: &str,
+        path: &Path,
+        table: Spanned<DeTable<'_>>,
+    ) -> Result<T, TomlFileError> {
+        let keys = table.get_ref().clone();
+        T::deserialize(Deserializer::from(table)).map_err(|error| self.located(text, path, "", Some(&keys), &error))
+    }
+
+    /// Returns the error of a text with its line, `place` and the key of `keys` that it is about.
+    pub(crate) fn located(
+        self,
+        text: &str,
+        path: &Path,
+        place: &str,
+        keys: Option<&DeTable<'_>>,
+        error: &Error,
+    ) -> TomlFileError {
+        let start = error.span().map_or(0, |span| span.start);
+        // Other messages name the key.
+        let key = keys.filter(|_| error.message().starts_with("invalid")).map(|keys| toml_text::key_at(keys, start));
+        let key = key.filter(|key| !key.is_empty()).map_or(String::new(), |key| format!("{key}: "));
+        self.invalid(path, format!("line {}: {place}{key}{}", toml_text::line(text, start), toml_text::message(error)))
     }
 
     /// Returns the error of a file with what is wrong in it.

@@ -48,7 +48,8 @@ pub fn expand(paths: &[PathBuf]) -> Result<Vec<PathBuf>, FolderError> {
     Ok(files)
 }
 
-/// Returns the pictures of a folder in the order of their names.
+/// Returns the pictures of a folder in the order of their names. Hidden files are left out: other systems put some
+/// beside pictures.
 ///
 /// # Errors
 /// The folder cannot be read or has no picture.
@@ -56,7 +57,8 @@ pub fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, FolderError> {
     let refused = |source| FolderError::Read { path: folder.into(), source };
     let is_picture = |path: &Path| {
         let extension = path.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
-        extension.is_some_and(|extension| EXTENSIONS.contains(&extension.as_str()))
+        let is_hidden = path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
+        !is_hidden && extension.is_some_and(|extension| EXTENSIONS.contains(&extension.as_str()))
     };
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).map_err(refused)? {

@@ -18,6 +18,7 @@ use hoverlock_edss::render::{RenderError, Renderer};
 use hoverlock_edss::scene::{Scene, SceneError};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::orthophoto::ViewError;
+use nalgebra::Vector2;
 
 pub use checks::{MAX_LOSS_S, MAX_TILT_DEG};
 pub use outcome::HoverOutcome;
@@ -155,6 +156,19 @@ pub enum HoverError {
         /// The error of the renderer.
         source: RenderError,
     },
+    /// The hover begins below the terrain, or in an object.
+    #[error(
+        "scene {name}: the hover begins {height_m} m over the mean ground, and the surface there is {surface_m:.1} m \
+         high; give a greater height"
+    )]
+    BelowSurface {
+        /// The name or file.
+        name: String,
+        /// Height over the mean ground, m.
+        height_m: f64,
+        /// Height of terrain or object where the hover begins, m.
+        surface_m: f64,
+    },
     /// Height or gusts are out of range.
     #[error(transparent)]
     Setup(#[from] SetupError),
@@ -183,7 +197,7 @@ pub fn hover(settings: &HoverSettings, monitor: &dyn Monitor) -> Result<HoverOut
     settings.check()?;
     check_choice(settings.features, &settings.design, settings.flight_program)?;
     let scene = match &settings.scenario.scene {
-        Some(text) => parse_scene(text, &settings.scene)?,
+        Some(scene) => scene.clone(),
         None => load_scene(&settings.scene)?,
     };
     // A frame that shows nothing: a design that the camera's frames do not fit and a missing tool are reported before
@@ -195,6 +209,10 @@ pub fn hover(settings: &HoverSettings, monitor: &dyn Monitor) -> Result<HoverOut
     let renderer = Renderer::new(&scene, settings.seed)
         .map_err(|source| HoverError::Render { name: settings.scene.clone(), source })?;
     drop(step);
+    let surface_m = renderer.surface(0.0, Vector2::zeros());
+    if settings.height_m <= surface_m {
+        return Err(HoverError::BelowSurface { name: settings.scene.clone(), height_m: settings.height_m, surface_m });
+    }
     fly::fly(settings, &scene, renderer, monitor)
 }
 

@@ -114,7 +114,8 @@ impl HoverOutcome {
         summary.frames = rows.len();
         // Vision can only be lost after the first estimate.
         let first = rows.iter().position(|row| row.line.x_e_m.is_some()).unwrap_or(1);
-        summary.lost = rows.iter().skip(first).filter(|row| row.line.x_e_m.is_none()).count();
+        let lost = rows.iter().skip(first).filter(|row| row.line.x_e_m.is_none()).count();
+        summary.lost = if summary.estimates > 0 { lost } else { 0 };
         summary.available = (summary.estimates > 0).then(|| answered as f64 / in_view.max(1) as f64);
         summary.misleading = rows.iter().filter(|row| row.is_misleading()).count();
         let lost_in_a_row = rows.iter().skip(first).scan(0usize, |lost, row| {

@@ -16,6 +16,7 @@
 //! ([`crate::sequence::calibration`]).
 
 use std::f64::consts::TAU;
+use std::fmt::{self, Display, Formatter};
 use std::path::Path;
 
 use hoverlock_arm::calibration::Calibration;
@@ -24,9 +25,13 @@ use hoverlock_edss::camera::{FRAME_RATE, Optics};
 use hoverlock_edss::flight::Altitude;
 use hoverlock_edss::obstruction::{Effect, Obstruction, Spot};
 use hoverlock_edss::scene::Scene;
+use hoverlock_edss::toml_text;
 use hoverlock_reference::motion::orthophoto::Attitude;
 use nalgebra::Vector3;
-use serde::Deserialize;
+use serde::de::{IgnoredAny, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::{CameraView, HoverSettings};
 use crate::chain::Delivery;
@@ -52,7 +57,7 @@ pub struct CameraErrors {
 
 /// An event of a flight.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(tag = "event", rename_all = "kebab-case", deny_unknown_fields)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Event {
     /// The lens is covered.
     Black {
@@ -229,33 +234,47 @@ impl Event {
         frame == (self.interval()[0] * FRAME_RATE).round() as usize
     }
 
-    /// Returns the name of the first value that is out of range.
-    fn invalid(&self) -> Option<&'static str> {
+    /// Returns the first value that is out of range, with its name, and the range.
+    fn invalid(&self) -> Option<OutOfRange> {
+        let first = |key: &'static str, values: &[f64], min: f64, max: f64| {
+            let value = values.iter().copied().find(|value| !(min..=max).contains(value))?;
+            Some(OutOfRange { key, value, min, max })
+        };
+        let spot =
+            |at: &[f64; 2], radius: f64| first("at", at, -1.0, 2.0).or_else(|| first("radius", &[radius], 0.001, 1.0));
         let [begin, end] = self.interval();
-        let valid = |value: f64, min: f64, max: f64| (min..=max).contains(&value);
-        match self {
-            _ if !valid(begin, 0.0, 3600.0) => Some("t"),
-            _ if !valid(end - begin, 0.0, 3600.0) => Some("seconds"),
-            Self::Cloud { density, .. } if !valid(*density, 0.0, 1.0) => Some("density"),
-            Self::Light { factor, .. } if !valid(*factor, 0.0, 100.0) => Some("factor"),
-            Self::Laser { factor, .. } if !valid(*factor, 0.01, 100.0) => Some("factor"),
-            Self::Glare { at, .. } | Self::Drop { at, .. } if !at.iter().all(|&part| valid(part, -1.0, 2.0)) => {
-                Some("at")
+        let of_all = || first("t", &[begin], 0.0, 3600.0).or_else(|| first("seconds", &[end - begin], 0.0, 3600.0));
+        of_all().or_else(|| match self {
+            Self::Cloud { density, .. } => first("density", &[*density], 0.0, 1.0),
+            Self::Light { factor, .. } => first("factor", &[*factor], 0.0, 100.0),
+            Self::Laser { factor, .. } => first("factor", &[*factor], 0.01, 100.0),
+            Self::Drop { at, radius, .. } => spot(at, *radius),
+            Self::Glare { at, radius, strength, .. } => {
+                spot(at, *radius).or_else(|| first("strength", &[*strength], 0.0, 100.0))
             }
-            Self::Glare { radius, .. } | Self::Drop { radius, .. } if !valid(*radius, 0.001, 1.0) => Some("radius"),
-            Self::Glare { strength, .. } if !valid(*strength, 0.0, 100.0) => Some("strength"),
-            Self::Gust { wind_m_per_s, .. } if !wind_m_per_s.iter().all(|&wind| valid(wind, -20.0, 20.0)) => {
-                Some("wind_m_per_s")
-            }
-            Self::Late { delay_s, .. } if !valid(*delay_s, 0.0, 2.0) => Some("delay_s"),
-            Self::ImuBias { rates_deg_per_s, .. } if !rates_deg_per_s.iter().all(|&rate| valid(rate, -1.0, 1.0)) => {
-                Some("rates_deg_per_s")
-            }
-            Self::ImuBias { force_m_per_s2, .. } if !force_m_per_s2.iter().all(|&force| valid(force, -1.0, 1.0)) => {
-                Some("force_m_per_s2")
+            Self::Gust { wind_m_per_s, .. } => first("wind_m_per_s", wind_m_per_s, -20.0, 20.0),
+            Self::Late { delay_s, .. } => first("delay_s", &[*delay_s], 0.0, 2.0),
+            Self::ImuBias { rates_deg_per_s, force_m_per_s2, .. } => {
+                first("rates_deg_per_s", rates_deg_per_s, -1.0, 1.0)
+                    .or_else(|| first("force_m_per_s2", force_m_per_s2, -1.0, 1.0))
             }
             _ => None,
-        }
+        })
+    }
+}
+
+/// A value that is out of its range.
+struct OutOfRange {
+    key: &'static str,
+    value: f64,
+    min: f64,
+    max: f64,
+}
+
+impl Display for OutOfRange {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Self { key, value, min, max } = self;
+        write!(f, "{key} is {value}, and must be {min} to {max}")
     }
 }
 
@@ -268,21 +287,42 @@ pub struct Scenario {
     pub camera: CameraErrors,
     /// What the flight program knows of them.
     pub calibration: Option<Calibration>,
-    /// The text of a scene that the scenario contains; it replaces that of [`HoverSettings::scene`].
-    pub scene: Option<String>,
+    /// A scene that the scenario contains; it replaces that of [`HoverSettings::scene`].
+    pub scene: Option<Scene>,
 }
 
 /// The key `scene`.
-#[derive(Deserialize)]
-#[serde(untagged)]
 enum SceneKey {
     /// The name of a scene, or a file.
     Name(String),
-    /// The scene.
-    Inline(toml::Table),
+    /// A table, which is the scene.
+    Table,
 }
 
-/// The keys of a scenario file.
+impl<'de> Deserialize<'de> for SceneKey {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct NameOrTable;
+        impl<'de> Visitor<'de> for NameOrTable {
+            type Value = SceneKey;
+
+            fn expecting(&self, f: &mut Formatter<'_>) -> fmt::Result {
+                f.write_str("the name of a scene, a file, or a table")
+            }
+
+            fn visit_str<E>(self, name: &str) -> Result<SceneKey, E> {
+                Ok(SceneKey::Name(name.to_owned()))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut table: A) -> Result<SceneKey, A::Error> {
+                while table.next_entry::<IgnoredAny, IgnoredAny>()?.is_some() {}
+                Ok(SceneKey::Table)
+            }
+        }
+        deserializer.deserialize_any(NameOrTable)
+    }
+}
+
+/// The keys of a scenario file beside `event`.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
@@ -296,8 +336,36 @@ struct File {
     #[serde(default)]
     camera: CameraErrors,
     calibration: Option<Calibration>,
-    #[serde(default)]
-    event: Vec<Event>,
+}
+
+/// Reads the key `event` of a text: an array of tables.
+fn read_events(text: &str, path: &Path, key: Option<Spanned<DeValue<'_>>>) -> Result<Vec<Event>, TomlFileError> {
+    let refused =
+        |offset: usize, why: &str| SCENARIO.invalid(path, format!("line {}: {why}", toml_text::line(text, offset)));
+    let Some(key) = key else { return Ok(Vec::new()) };
+    let Some(events) = key.get_ref().as_array() else {
+        return Err(refused(key.span().start, "event: write [[event]] before the keys of each event"));
+    };
+    let read = |(index, event): (usize, &Spanned<DeValue<'_>>)| {
+        let (begin, place) = (event.span(), format!("event {}: ", index + 1));
+        let mut keys = event.get_ref().as_table().cloned().unwrap_or_default();
+        let Some((name, kind)) = keys.remove_entry("event") else {
+            return Err(refused(begin.start, &format!("{place}missing field `event`, which names it")));
+        };
+        let DeValue::String(kind) = kind.into_inner() else {
+            return Err(refused(name.span().start, &format!("{place}event: give a name, such as \"black\"")));
+        };
+        let mut named = DeTable::new();
+        named.insert(Spanned::new(name.span(), kind), Spanned::new(begin.clone(), DeValue::Table(keys.clone())));
+        let named = Spanned::new(begin.clone(), DeValue::Table(named));
+        let event = Event::deserialize(ValueDeserializer::from(named))
+            .map_err(|error| SCENARIO.located(text, path, &place, Some(&keys), &error))?;
+        match event.invalid() {
+            Some(wrong) => Err(refused(begin.start, &format!("{place}{wrong}"))),
+            None => Ok(event),
+        }
+    };
+    events.iter().enumerate().map(read).collect()
 }
 
 impl Scenario {
@@ -409,10 +477,9 @@ impl HoverSettings {
     /// The text has an unknown key, or a value out of range.
     pub fn apply_scenario(&mut self, text: &str, path: &Path) -> Result<(), TomlFileError> {
         let invalid = |why: String| SCENARIO.invalid(path, why);
-        let file: File = SCENARIO.parse(text, path)?;
-        if let Some((index, key)) = file.event.iter().enumerate().find_map(|(i, event)| Some((i, event.invalid()?))) {
-            return Err(invalid(format!("event {}: {key} is out of range", index + 1)));
-        }
+        let mut table = DeTable::parse(text).map_err(|error| SCENARIO.located(text, path, "", None, &error))?;
+        let events = read_events(text, path, table.get_mut().remove("event"))?;
+        let file: File = SCENARIO.deserialize(text, path, table)?;
         let CameraErrors { k1, readout_s, focal, boresight_deg, delay_s, specks } = file.camera;
         let limits = [
             ("k1", k1, -1.0, 1.0),
@@ -437,9 +504,10 @@ impl HoverSettings {
         let calibration = file.calibration.map(Calibration::checked).transpose();
         let calibration = calibration.map_err(|error| invalid(format!("calibration.{error}")))?;
         let (scene, inline) = match file.scene {
-            SceneKey::Inline(scene) => {
-                let text = toml::to_string(&scene).map_err(|error| invalid(format!("scene: {error}")))?;
-                (path.to_string_lossy().into_owned(), Some(text))
+            SceneKey::Table => {
+                let folder = path.parent().unwrap_or(Path::new("."));
+                let scene = Scene::parse_table(text, "scene", folder).map_err(|error| invalid(error.to_string()))?;
+                (path.to_string_lossy().into_owned(), Some(scene))
             }
             SceneKey::Name(name) if Scene::named(&name).is_some() => (name, None),
             SceneKey::Name(file) => {
@@ -454,7 +522,7 @@ impl HoverSettings {
         self.gusts_m_s = file.gusts_m_s.unwrap_or(self.gusts_m_s);
         self.view = file.view.unwrap_or(self.view);
         self.altitude = file.altitude.unwrap_or(self.altitude);
-        self.scenario = Scenario { events: file.event, camera: file.camera, calibration, scene: inline };
+        self.scenario = Scenario { events, camera: file.camera, calibration, scene: inline };
         Ok(())
     }
 }
@@ -495,8 +563,7 @@ mod tests {
         let settings = read(text).unwrap();
         assert_eq!((settings.scene.as_str(), settings.altitude), ("flights/a.toml", Altitude::Smooth));
         let scenario = &settings.scenario;
-        let scene = Scene::parse(scenario.scene.as_deref().unwrap(), Path::new(".")).unwrap();
-        assert!(scene.is_flat());
+        assert!(scenario.scene.as_ref().unwrap().is_flat());
         assert_eq!([1.9, 2.5, 3.1].map(|time| scenario.delay(time)), [0.0, 0.2, 0.0]);
         assert_eq!([2.5, 3.5].map(|time| scenario.delivery(time)), [Delivery::Once, Delivery::Twice]);
         let [(rates, force)] = scenario.inertial_steps(15).collect::<Vec<_>>()[..] else { panic!() };
@@ -530,7 +597,10 @@ mod tests {
         refused("scene = 'field'\nheight_m = 5.0\n", "height must be between 10 and 300 m, not 5");
         refused("scene = 'field'\ngusts_m_s = nan\n", "rms of gusts must be between 0 and 5 m/s, not NaN");
         refused("scene = 'field'\n[[event]]\nt = 1.0\nevent = 'storm'\n", "unknown variant `storm`");
-        refused("scene = 'field'\n[[event]]\nt = -1.0\nevent = 'renew'\n", "event 1: t is out of range");
+        refused(
+            "scene = 'field'\n[[event]]\nt = -1.0\nevent = 'renew'\n",
+            "line 2: event 1: t is -1, and must be 0 to 3600",
+        );
         refused("scene = 'field'\n[camera]\nk1 = 3.0\n", "camera.k1 is 3, and must be -1 to 1");
         refused("scene = 'field'\n[camera]\nboresight_deg = [0.0, 9.0, 0.0]\n", "camera.boresight_deg is 9");
         let known = |k1| format!("scene = 'field'\n[calibration]\nk1 = {{ value = 0.01, {k1} }}\n");
@@ -541,11 +611,31 @@ mod tests {
         refused(&known("sigmas = 0.1"), "unknown field `sigmas`");
         let drop =
             "scene = 'field'\n[[event]]\nt = 1.0\nevent = 'drop'\nseconds = 1.0\nat = [0.5, 0.5]\nradius = 2.0\n";
-        refused(drop, "event 1: radius is out of range");
+        refused(drop, "line 2: event 1: radius is 2, and must be 0.001 to 1");
         refused("seconds = 3.0\n", "missing field `scene`");
         refused(
             "scene = 'field'\n[[event]]\nt = 1.0\nevent = 'late'\nseconds = 1.0\ndelay_s = 3.0\n",
-            "event 1: delay_s is out of range",
+            "line 2: event 1: delay_s is 3, and must be 0 to 2",
         );
+        let second = |keys: &str| {
+            format!("scene = 'field'\n\n[[event]]\nt = 1.0\nevent = 'renew'\n\n[[event]]\nt = 1.0\n{keys}\n")
+        };
+        refused(&second("event = 'black'\nsecs = 1.0"), "line 10: event 2: ");
+        refused(&second("event = 'black'\nsecs = 1.0"), "secs");
+        refused(&second("event = 'black'\nseconds = '1'"), "line 10: event 2: seconds: invalid type: string");
+        refused(&second("event = 'black'"), "line 7: event 2: missing field `seconds`");
+        refused(&second("seconds = 1.0"), "line 7: event 2: missing field `event`");
+        refused(&second("event = 3"), "line 9: event 2: event: give a name");
+        refused("scene = 'field'\nevent = 'black'\n", "line 2: event: write [[event]]");
+        refused("scene = 3\n", "line 1: scene: invalid type: integer `3`, expected the name of a scene");
+        refused("seconds = 'x'\nscene = 'field'\n", "line 1: seconds: invalid type");
+        // A scene within has the lines of the scenario.
+        let scene = "seconds = 1.0\n\n[scene]\nbrightness = 1.0\n[scene.ground.grass]\n";
+        refused(
+            &format!("{scene}\n[scene.mist]\nextinction_per_m = 3.0\n"),
+            "line 8: scene.mist.extinction_per_m: 3 is out of range: 0 to 1",
+        );
+        refused(&format!("{scene}[scene.fog]\n"), "line 6: scene.fog: unknown field `fog`");
+        refused("[scene]\nbrightness = 1.0\n", "line 1: scene: missing field `ground`");
     }
 }

@@ -51,11 +51,11 @@ mod tests {
         assert_eq!(read_text(""), Ok(Calibration::default()));
         for (text, why) in [
             ("\nk3 = 1\n", "line 2: unknown field `k3`"),
-            ("k1 = 3\n", "line 1: invalid type: integer `3`, expected { value = .., sigma = .. }"),
+            ("k1 = 3\n", "line 1: k1: invalid type: integer `3`, expected { value = .., sigma = .. }"),
             ("k1 = { value = 0.1 }\n", "line 1: missing field `sigma`"),
             ("focal = { value = nan, sigma = 0.1 }\n", "focal.value is NaN, and must be -0.1 to 0.1"),
             ("readout_s = { value = 0.01, sigma = -1.0 }\n", "readout_s.sigma is -1, and must be 0 to 0.1"),
-            ("principal_px = { value = [1.0], sigma = 1.0 }\n", "line 1: invalid length 1"),
+            ("principal_px = { value = [1.0], sigma = 1.0 }\n", "line 1: principal_px.value: invalid length 1"),
         ] {
             let refused = read_text(text).unwrap_err();
             assert!(refused.contains(why), "{refused}");

@@ -8,7 +8,6 @@ use hoverlock_pictures::{Limits, PictureFile, centred_crop, folder};
 use hoverlock_reference::image::plane::Plane;
 
 use super::SequenceError;
-use crate::Monitor;
 
 /// Smallest width and height of a frame that the hardware takes, px.
 const MIN_SIDE: usize = 64;
@@ -28,16 +27,15 @@ pub struct FrameFile {
 }
 
 impl FrameFile {
-    /// Checks a file and the pixels in it. The monitor receives remarks if the picture is turned or cropped.
+    /// Checks a file and the pixels in it. Returns remarks with it if the picture is turned or cropped.
     ///
     /// # Errors
     /// The file cannot be read, is damaged or beyond the limits, or the picture has fewer than 64 rows or columns.
-    pub(super) fn check(path: PathBuf, limits: &Limits, monitor: &dyn Monitor) -> Result<Self, SequenceError> {
+    pub(super) fn check(path: PathBuf, limits: &Limits) -> Result<(Self, Vec<String>), SequenceError> {
         let file = PictureFile::open(&path, limits)?.require(MIN_SIDE, MIN_SIDE)?;
-        folder::remarks(&file, Some(largest())).iter().for_each(|remark| monitor.remark(remark));
-        let whole = file.size();
+        let (whole, remarks) = (file.size(), folder::remarks(&file, Some(largest())));
         file.decode()?;
-        Ok(Self { path, whole, limits: limits.clone() })
+        Ok((Self { path, whole, limits: limits.clone() }, remarks))
     }
 
     /// Returns this file if its picture is as large as that of `other`.

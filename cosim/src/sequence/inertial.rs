@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use hoverlock_arm::message::{Inertial, InertialSample, encode_inertial};
 use serde::Deserialize;
 
+use super::table;
+
 /// Largest time of a sample, s.
 const MAX_TIME_S: f64 = 1e9;
 
@@ -48,7 +50,7 @@ pub enum InertialError {
     },
     /// The header has other columns.
     #[error(
-        "{path}: the columns of the table of the inertial sensor are {columns}",
+        "{path}: the table of the inertial sensor has the columns {columns}, all of them and no others",
         path = .0.display(),
         columns = COLUMNS.join(",")
     )]
@@ -75,15 +77,17 @@ pub fn read(path: &Path) -> Result<Vec<InertialSample>, InertialError> {
         return Err(InertialError::NotAFile(path.into()));
     }
     let unread = |source| InertialError::Csv { path: path.into(), source };
-    let mut table =
+    let mut rows =
         csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_path(path).map_err(unread)?;
-    if table.headers().map_err(unread)? != COLUMNS.as_slice() {
+    let header = rows.headers().map_err(unread)?.clone();
+    let has = |column: &&str| header.iter().any(|name| name == *column);
+    if header.len() != COLUMNS.len() || !COLUMNS.iter().all(has) {
         return Err(InertialError::Columns(path.into()));
     }
     let mut samples: Vec<InertialSample> = Vec::new();
-    for row in table.deserialize::<Row>() {
-        let row = row.map_err(unread)?;
+    for row in rows.deserialize::<Row>() {
         let refused = |reason: String| InertialError::Row { path: path.into(), row: samples.len() + 1, reason };
+        let row = row.map_err(|error| refused(table::reason(&error, &header)))?;
         if !(0.0..=MAX_TIME_S).contains(&row.time_s) {
             return Err(refused(format!("time_s is {}, and must be 0 to {MAX_TIME_S}", row.time_s)));
         }
@@ -117,6 +121,11 @@ mod tests {
         };
         let header = COLUMNS.join(",");
         assert_eq!(read_text(&format!("{header}\n0.5,0,0,0,0,0,-9.8\n")).unwrap()[0].time_us, 500_000);
+        let turned = COLUMNS.iter().rev().copied().collect::<Vec<_>>().join(",");
+        let sample = read_text(&format!("{turned}\n-9.8,0,0,0,0,0.25,0.5\n")).unwrap()[0];
+        assert_eq!((sample.time_us, sample.rates, sample.force), (500_000, [0.25, 0.0, 0.0], [0.0, 0.0, -9.8]));
+        let error = read_text(&format!("{header}\n0.5,0,0,0,0,0,-9.8\n0.6,0,,0,0,0,-9.8\n")).unwrap_err().to_string();
+        assert!(error.ends_with("row 2 of the table of the inertial sensor: rate_y_rad_per_s is no number"), "{error}");
         for text in ["hello\n", "", "time_s\n", &format!("{header},more\n")] {
             assert!(matches!(read_text(text), Err(InertialError::Columns(_))), "{text}");
         }

@@ -4,6 +4,7 @@ pub mod calibration;
 mod frame;
 pub mod inertial;
 mod pseudo_truth;
+mod table;
 pub mod telemetry;
 mod writer;
 
@@ -122,7 +123,7 @@ pub enum SequenceError {
 /// Reads a folder of pictures in the order of their names, with the optional files [`TELEMETRY`], [`INERTIAL`],
 /// [`CALIBRATION`] and [`HOMOGRAPHIES`].
 /// Pictures larger than a frame of `kt27` are cropped to their centre, and the field of view is reduced accordingly.
-/// The monitor receives a remark for each picture that is turned or cropped. A picture of one value is a frame.
+/// The monitor receives a remark if pictures are turned or cropped. A picture of one value is a frame.
 ///
 /// Each picture is decoded once, so that a damaged one is refused before the first frame is processed.
 ///
@@ -137,20 +138,10 @@ pub fn read(folder: &Path, limits: &Limits, monitor: &dyn Monitor) -> Result<Seq
     if files.len() < 2 {
         return Err(SequenceError::OnePicture(folder.into()));
     }
-    let mut frames = Vec::<FrameFile>::new();
-    {
-        let _step = monitor.long_step("checking the pictures");
-        for path in files {
-            let frame = FrameFile::check(path, limits, monitor)?;
-            frames.push(match frames.first() {
-                Some(first) => frame.require_size_of(first)?,
-                None => frame,
-            });
-        }
-    }
+    let frames = check_all(files, limits, monitor)?;
     let first = &frames[0];
     let table = folder.join(TELEMETRY);
-    let is_telemetry_assumed = !table.exists();
+    let is_telemetry_assumed = !is_there(&table);
     let mut telemetry =
         if is_telemetry_assumed { assumed(frames.len()) } else { telemetry::read(&table, frames.len())? };
     // The telemetry has the field of view of the whole picture; the frame is its centre.
@@ -158,13 +149,56 @@ pub fn read(folder: &Path, limits: &Limits, monitor: &dyn Monitor) -> Result<Seq
         readings.field_of_view = 2.0 * (first.part() * (readings.field_of_view / 2.0).tan()).atan();
     }
     let table = folder.join(INERTIAL);
-    let inertial = if table.exists() { inertial::read(&table)? } else { Vec::new() };
+    let inertial = if is_there(&table) { inertial::read(&table)? } else { Vec::new() };
+    if let Some(remark) = remark_on_times(&inertial, &telemetry) {
+        monitor.remark(&format!("{}: {remark}", table.display()));
+    }
     let file = folder.join(CALIBRATION);
-    let calibration = file.exists().then(|| calibration::read(&file)).transpose()?;
+    let calibration = is_there(&file).then(|| calibration::read(&file)).transpose()?;
     let table = folder.join(HOMOGRAPHIES);
     let pseudo_truths =
-        if table.exists() { pseudo_truth::read(&table, first, &telemetry)? } else { vec![None; frames.len()] };
+        if is_there(&table) { pseudo_truth::read(&table, first, &telemetry)? } else { vec![None; frames.len()] };
     Ok(Sequence { frames, telemetry, inertial, calibration, is_telemetry_assumed, pseudo_truths })
+}
+
+/// Checks the pictures of a sequence, which have one size.
+fn check_all(files: Vec<PathBuf>, limits: &Limits, monitor: &dyn Monitor) -> Result<Vec<FrameFile>, SequenceError> {
+    let _step = monitor.long_step("checking the pictures");
+    let mut frames = Vec::<FrameFile>::new();
+    let mut others = 0;
+    for path in files {
+        let (frame, remarks) = FrameFile::check(path, limits)?;
+        let frame = match frames.first() {
+            Some(first) => frame.require_size_of(first)?,
+            None => frame,
+        };
+        if frames.is_empty() {
+            remarks.iter().for_each(|remark| monitor.remark(remark));
+        } else {
+            others += usize::from(!remarks.is_empty());
+        }
+        frames.push(frame);
+    }
+    if others > 0 {
+        monitor.remark(&format!("{others} more of these pictures are turned or cropped"));
+    }
+    Ok(frames)
+}
+
+/// Returns `true` if a folder has an entry of this path; a link to nothing is one, which cannot be read.
+fn is_there(path: &Path) -> bool {
+    path.symlink_metadata().is_ok()
+}
+
+/// Returns a remark if there are samples of the inertial sensor, and none between the first and the last frame.
+fn remark_on_times(inertial: &[InertialSample], telemetry: &[Telemetry]) -> Option<String> {
+    let (first, last) = (telemetry.first()?.time_us, telemetry.last()?.time_us);
+    let [begin, end] = [inertial.first()?, inertial.last()?].map(|sample| sample.time_us);
+    let outside = !inertial.iter().any(|sample| (first..=last).contains(&sample.time_us));
+    outside.then(|| {
+        let [begin, end, first, last] = [begin, end, first, last].map(|time_us| time_us as f64 / 1e6);
+        format!("no sample is between the frames: samples are from {begin} to {end} s, frames from {first} to {last} s")
+    })
 }
 
 /// Returns the assumed telemetry of a number of frames.

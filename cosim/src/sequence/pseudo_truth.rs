@@ -10,6 +10,7 @@ use nalgebra::{Matrix3, Vector2};
 use serde::Deserialize;
 
 use super::FrameFile;
+use super::table::reason;
 
 /// Columns and rows of the grid of points that represents a homography.
 const GRID: (usize, usize) = (12, 9);
@@ -36,7 +37,7 @@ pub enum PseudoTruthError {
     /// It is a folder, a device or a FIFO.
     #[error("{path}: the table of homographies is not a regular file", path = .0.display())]
     NotAFile(PathBuf),
-    /// It could not be read, or is no such table.
+    /// It could not be read.
     #[error("{path}: the homographies cannot be read: {source}")]
     Table {
         /// The table of homographies.
@@ -44,13 +45,15 @@ pub enum PseudoTruthError {
         /// The error of the CSV parser.
         source: csv::Error,
     },
-    /// A homography has a value that is not a finite number.
-    #[error("{path}: row {row} of the homographies has a value that is not a finite number")]
-    NotFinite {
+    /// A row could not be parsed, or has a value that is not a finite number.
+    #[error("{path}: row {row} of the homographies: {reason}")]
+    Row {
         /// The table of homographies.
         path: PathBuf,
         /// Number of the row, from 1.
         row: usize,
+        /// What is wrong with the row.
+        reason: String,
     },
 }
 
@@ -95,10 +98,15 @@ pub(super) fn read(
     let refused = |source| PseudoTruthError::Table { path: table.into(), source };
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(table).map_err(refused)?;
     // Without a header there are no rows, and no error.
-    reader.headers().map_err(refused)?;
-    let rows: Vec<Row> = reader.deserialize().collect::<Result<_, _>>().map_err(refused)?;
-    if let Some(row) = rows.iter().position(|row| row.homography().is_some_and(|h| !h.iter().all(|v| v.is_finite()))) {
-        return Err(PseudoTruthError::NotFinite { path: table.into(), row: row + 1 });
+    let header = reader.headers().map_err(refused)?.clone();
+    let mut rows: Vec<Row> = Vec::new();
+    for row in reader.deserialize() {
+        let refused = |reason: String| PseudoTruthError::Row { path: table.into(), row: rows.len() + 1, reason };
+        let row: Row = row.map_err(|error| refused(reason(&error, &header)))?;
+        if row.homography().is_some_and(|h| !h.iter().all(|v| v.is_finite())) {
+            return Err(refused("a value is not a finite number".into()));
+        }
+        rows.push(row);
     }
     let (left, top) = first.corner();
     let corner = Vector2::new(left as f64, top as f64);

@@ -9,6 +9,8 @@ use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::Attitude;
 use serde::Deserialize;
 
+use super::table::reason;
+
 /// Frame rate of a table without times, Hz.
 const DEFAULT_FRAME_RATE: f64 = 15.0;
 
@@ -133,20 +135,6 @@ pub fn read(path: &Path, frames: usize) -> Result<Vec<Telemetry>, TelemetryError
         return Err(TelemetryError::Time { path: path.into(), row: late + 2 });
     }
     Ok(rows)
-}
-
-/// Returns the reason why a row could not be parsed, with the name of the column.
-fn reason(error: &csv::Error, header: &csv::StringRecord) -> String {
-    match error.kind() {
-        csv::ErrorKind::Deserialize { err, .. } => match err.field().and_then(|field| header.get(field as usize)) {
-            Some(column) => format!("{column} is no number"),
-            None => err.kind().to_string(),
-        },
-        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
-            format!("{len} fields, and the header has {expected_len}")
-        }
-        _ => error.to_string(),
-    }
 }
 
 impl Row {
