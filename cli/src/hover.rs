@@ -49,16 +49,18 @@ pub struct Args {
     #[arg(long, value_enum, default_value = "host")]
     estimator: Estimator,
     /// Duration, seconds
-    #[arg(long, value_name = "T", default_value = "10", value_parser = between(1.0, 3600.0))]
+    #[arg(long, value_name = "T", default_value = "10", allow_negative_numbers = true,
+        value_parser = between(1.0, 3600.0))]
     seconds: f64,
     /// Seed of wind, sensors, camera and scene
-    #[arg(long, value_name = "S", default_value = "1")]
+    #[arg(long, value_name = "S", default_value = "1", allow_negative_numbers = true)]
     seed: u64,
-    /// Height over the mean ground, m
-    #[arg(long, value_name = "M", default_value = "50", value_parser = between(20.0, 300.0))]
+    /// Height over the mean ground, m: 10 to 300
+    #[arg(long, value_name = "M", default_value = "50", allow_negative_numbers = true,
+        value_parser = between(10.0, 300.0))]
     height: f64,
     /// Gusts, root mean square of each horizontal component, m/s
-    #[arg(long, value_name = "V", default_value = "3", value_parser = between(0.0, 5.0))]
+    #[arg(long, value_name = "V", default_value = "3", allow_negative_numbers = true, value_parser = between(0.0, 5.0))]
     gusts: f64,
     /// The height over time
     #[arg(long, value_enum, default_value = "hold")]
@@ -67,7 +69,7 @@ pub struct Args {
     #[arg(long, value_enum, default_value = "wide")]
     view: View,
     /// Command the flight program to renew its reference after this time, seconds
-    #[arg(long, value_name = "T", value_parser = between(0.0, 3600.0))]
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = between(0.0, 3600.0))]
     renew: Option<f64>,
     #[command(flatten)]
     chosen: Chosen,
@@ -101,10 +103,7 @@ impl Monitor for Recorder {
     }
 
     fn frame(&self, frame: &FrameProgress<'_>) -> Result<(), BoxError> {
-        // A run that is stopped leaves no mixture of two flights.
-        for file in self.earlier.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
-            fs::remove_file(&file).with_context(|| format!("{}: cannot be replaced", file.display()))?;
-        }
+        self.remove_earlier()?;
         if let Some((folder, writer)) = &self.saved {
             let mut writer = writer.lock().unwrap_or_else(PoisonError::into_inner);
             let (name, png) = writer.add(frame.number, frame.picture, frame.telemetry)?;
@@ -131,6 +130,14 @@ impl Monitor for Recorder {
 }
 
 impl Recorder {
+    /// Removes the results of an earlier run: a run that is stopped leaves no mixture of two flights.
+    fn remove_earlier(&self) -> Result<()> {
+        for file in self.earlier.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
+            fs::remove_file(&file).with_context(|| format!("{}: cannot be replaced", file.display()))?;
+        }
+        Ok(())
+    }
+
     /// Creates the table.
     fn create(&self) -> Result<File> {
         File::create(&self.path).with_context(|| unwritable(&self.path))
@@ -139,6 +146,8 @@ impl Recorder {
     /// Writes the telemetry of the saved frames.
     fn finish(&self) -> Result<()> {
         self.bar.finish_and_clear();
+        // No frame may have arrived.
+        self.remove_earlier()?;
         let Some((folder, writer)) = &self.saved else { return Ok(()) };
         let writer = writer.lock().unwrap_or_else(PoisonError::into_inner);
         let calibration = calibration::text(&self.calibration)?;
@@ -209,7 +218,11 @@ fn text(outcome: &HoverOutcome, out: &Path) -> String {
     let _ = writeln!(
         text,
         "{} for {} s at {} m in gusts of {} m/s, seed {}",
-        summary.scene, summary.seconds, summary.height_m, summary.gusts_m_s, summary.seed
+        shown(Path::new(&summary.scene)),
+        summary.seconds,
+        summary.height_m,
+        summary.gusts_m_s,
+        summary.seed
     );
     let _ = writeln!(text, "  from the target    {:.3} m rms, {:.3} m at most", summary.rms_m, summary.max_m);
     let _ = writeln!(

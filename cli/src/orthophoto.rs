@@ -17,7 +17,7 @@ use serde::Serialize;
 use crate::Verdict;
 use crate::choice::between;
 use crate::output::{prepare_target, print, print_json, shown, write_file};
-use crate::picture::{Limit, open};
+use crate::picture::{Limit, open_any};
 
 /// Columns and rows of the places at which the error is evaluated.
 const GRID: usize = 32;
@@ -40,7 +40,8 @@ pub struct Args {
     #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
     telemetry: PathBuf,
     /// Height of the plane over the ground for which the error is stated, m
-    #[arg(long, value_name = "DH", default_value = "10", value_parser = between(0.0, 1000.0))]
+    #[arg(long, value_name = "DH", default_value = "10", allow_negative_numbers = true,
+        value_parser = between(0.0, 1000.0))]
     relief: f64,
     /// The PNG to write
     #[arg(long, value_name = "FILE.png", default_value = "out/orthophoto.png", value_hint = ValueHint::FilePath)]
@@ -69,7 +70,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let _folder = prepare_target("--out", &args.out, &["png"], &[Path::new(&args.picture), &args.telemetry])?;
     let rows = telemetry::read(&args.telemetry, 1)?;
     let Telemetry { attitude, range, field_of_view, .. } = rows[0];
-    let picture = open(&args.picture, &args.limit, 1, None)?.luma;
+    let picture = open_any(&args.picture, &args.limit, 1, None)?.luma;
     let camera = Camera::with_field_of_view(picture.width(), picture.height(), field_of_view)?;
     let view = View::new(camera, attitude, range)?;
     let raster = Raster::of(&view, picture.width(), picture.height());
@@ -87,9 +88,9 @@ pub fn run(args: &Args) -> Result<Verdict> {
         print_json(&report)?;
     } else {
         print(&format!(
-            "{:.4} m a pixel, from {:.1} m\nground lower by {} m is displaced by {:.2} m on average, {:.2} m at \
+            "{:.3} mm a pixel, from {:.1} m\nground lower by {} m is displaced by {:.2} m on average, {:.2} m at \
              most\n{}\n",
-            report.metres_per_pixel,
+            1e3 * report.metres_per_pixel,
             report.height_m,
             args.relief,
             report.error_m,

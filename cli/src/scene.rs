@@ -1,6 +1,6 @@
 //! `hoverlock scene`: a picture of a scene of the simulator, from any place.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use clap::ValueHint;
@@ -72,10 +72,14 @@ struct Report {
 }
 
 pub fn run(args: &Args) -> Result<Verdict> {
-    let _folder = prepare_target("--out", &args.out, &["png"], &[Path::new(&args.scene)])?;
     let pose = args.pose()?;
     let scene = load_scene(&args.scene)?;
+    let _folder = prepare_target("--out", &args.out, &["png"], &scene.pictures())?;
     let renderer = Renderer::new(&scene, args.seed).with_context(|| format!("scene {}", args.scene))?;
+    let surface = renderer.surface(0.0, pose.ground());
+    if -pose.position.z <= surface {
+        bail!("--at: the surface there is {surface:.1} m high; give a greater height");
+    }
     let frame = still(&renderer, &pose, args.field_of_view, args.seed)?;
     write_file(&args.out, &png(&frame).context("the frame cannot be encoded")?)?;
     let report = Report { width: frame.width(), height: frame.height(), out: args.out.clone() };

@@ -32,6 +32,21 @@ fn column(table: &str, name: &str) -> Vec<Option<f64>> {
     rows.records().map(|row| row.unwrap()[at].parse().ok()).collect()
 }
 
+/// A flight of which no frame arrives leaves no results of the one before.
+#[test]
+fn a_flight_without_a_frame_replaces_the_one_before() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let scenario = path("lost.toml");
+    fs::write(&scenario, "scene = 'field'\nseconds = 1\n[[event]]\nt = 0\nevent = 'dropped'\nseconds = 5\n").unwrap();
+    let fly =
+        |args: &[&str]| hover(Path::new(&path("out")), &[&["--seconds", "1", "--save", &path("saved")], args].concat());
+    let files = |folder: &str| fs::read_dir(path(folder)).unwrap().count();
+    assert_eq!((&fly(&[])["lost"], files("out"), files("saved")), (&0.into(), 3, 20));
+    assert_eq!(fly(&["--scenario", &scenario])["frames"], 0);
+    assert_eq!((files("out"), files("saved")), (2, 4));
+}
+
 /// Nothing is made before what cannot work is refused, and nothing of another verb is overwritten.
 #[test]
 fn folder_and_design_are_checked_before_the_scene_is_made() {
@@ -217,6 +232,14 @@ fn bad_input_is_one_line_and_status_2() {
     assert_eq!((&summary["pass"], &summary["estimates"]), (&false.into(), &0.into()), "{summary}");
     assert!(summary["reason"].as_str().unwrap().starts_with("no frame has an estimate"), "{summary}");
     fs::remove_dir_all(&out).unwrap();
+    let house = folder.path().join("house.toml");
+    let building = "[[building]]\nat_m = [0, 0]\nsize_m = [9, 9]\nheight_m = 60\n";
+    fs::write(&house, format!("[ground.grass]\n{building}")).unwrap();
+    let output = hoverlock(&["hover", "--scene", house.to_str().unwrap(), "--out", out.to_str().unwrap()]);
+    let line = String::from_utf8_lossy(&output.stderr).into_owned();
+    let named = "begins 50 m over the mean ground, and the surface there is 60.0 m high";
+    assert!(output.status.code() == Some(2) && line.contains(named) && !out.exists(), "{line}");
+    refused(&["--seconds", "-1"], "must be 1 to 3600");
     refused(&["--gusts", "6"], "must be 0 to 5");
     refused(&["--seconds", "0"], "must be 1 to 3600");
     refused(&["--config", "dog_bits=99"], "dog_bits");

@@ -100,6 +100,12 @@ fn bad_places_and_telemetry_are_refused() {
     assert_eq!(hoverlock(folder, &["scene", "field"]).status.code(), Some(0), "the folder of the default is made");
     fs::rename(folder.join("out/scene.png"), folder.join("field.png")).unwrap();
     fs::remove_dir(folder.join("out")).unwrap();
+    fs::copy(folder.join("field.png"), folder.join("ground.png")).unwrap();
+    let house = "[[building]]\nat_m = [0, 0]\nsize_m = [9, 9]\nheight_m = 60\n";
+    fs::write(folder.join("own.toml"), format!("[ground.picture]\nfile = \"ground.png\"\ntexel_m = 0.1\n{house}"))
+        .unwrap();
+    refused(folder, &["scene", "own.toml", "--out", "ground.png"], "ground.png: is one of the inputs");
+    refused(folder, &["scene", "own.toml", "--out", "own.png"], "the surface there is 60.0 m high");
     refused(folder, &["orthophoto", "field.png", "--telemetry", "absent.csv"], "absent.csv");
     fs::write(folder.join("row.csv"), "roll_deg,pitch_deg,yaw_deg,range_m,fov_deg\n95,0,0,50,50\n").unwrap();
     refused(folder, &["orthophoto", "field.png", "--telemetry", "row.csv"], "row");
