@@ -38,12 +38,6 @@ def summaries(rows: list[dict]) -> dict[str, dict]:
     return {f"flights.random.{seconds:.0f}s": summary([row for row in rows if float(row["seconds"]) == seconds]) for seconds in durations}
 
 
-def commits(rows: list[dict]) -> str:
-    """Returns the commits of the programs that flew the rows, eight digits each."""
-    short = lambda commit: commit[:8] + ("-dirty" if commit.endswith("-dirty") else "")
-    return ", ".join(dict.fromkeys(short(row["commit"]) for row in rows))
-
-
 def nees_by_ingredient(rows: list[dict]) -> dict[str, float]:
     """Returns the mean NEES of the flights that have an ingredient, for each that flights can lack."""
     nees = defaultdict(list)
@@ -84,4 +78,4 @@ def summary(rows: list[dict]) -> dict:
 if __name__ == "__main__":
     argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
     rows = flights()
-    results.record(summaries(rows), commit=commits(rows), **FIGURE)
+    results.record(summaries(rows), commit=results.commits(rows), **FIGURE)

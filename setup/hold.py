@@ -58,5 +58,5 @@ def imu_only(rows: list[dict]) -> dict[str, int]:
 
 if __name__ == "__main__":
     rows = flights()
-    results.record(summaries(rows), **FLIGHTS)
-    results.record({"hold.imu_only": imu_only(rows)}, **IMU_ONLY)
+    results.record(summaries(rows), commit=results.commits(rows), **FLIGHTS)
+    results.record({"hold.imu_only": imu_only(rows)}, commit=results.commits(rows), **IMU_ONLY)

@@ -296,6 +296,12 @@ def record(values: dict, root: Path = ROOT, **fields: str) -> None:
     results.store()
 
 
+def commits(rows: list[dict]) -> str:
+    """Returns the commits of the programs that flew the rows of a table, eight digits each."""
+    short = lambda commit: commit[:8] + ("-dirty" if commit.endswith("-dirty") else "")
+    return ", ".join(dict.fromkeys(short(row["commit"]) for row in rows))
+
+
 def number(text: str):
     """Returns the number that a text is, or the text."""
     for kind in (int, float):

@@ -42,8 +42,8 @@ pub struct Args {
     /// Gusts, m/s rms
     #[arg(long, value_name = "V", value_delimiter = ',', default_value = "3", value_parser = between(0.0, 5.0))]
     gusts: Vec<f64>,
-    /// Heights over the mean ground, m
-    #[arg(long, value_name = "M", value_delimiter = ',', default_value = "50", value_parser = between(20.0, 300.0))]
+    /// Heights over the mean ground, m: 10 to 300
+    #[arg(long, value_name = "M", value_delimiter = ',', default_value = "50", value_parser = between(10.0, 300.0))]
     height: Vec<f64>,
     /// Fields of view of the camera
     #[arg(long, value_name = "VIEW", value_enum, value_delimiter = ',', default_value = "wide")]
@@ -79,7 +79,8 @@ pub struct Args {
     /// The folder for index.html and results.csv
     #[arg(long, value_name = "DIR", default_value = "out/sweep")]
     out: PathBuf,
-    /// One JSON object on stdout: pass checked[] points[] pareto[]
+    /// One JSON object on stdout: pass checked[] points[] pareto[]; of random flights pass totals flights[]; with
+    /// --shrink the row of the flight that remains
     #[arg(long)]
     json: bool,
 }

@@ -93,7 +93,7 @@ fn a_point_and_its_row_are_the_same_flight() {
     let flown = fly_point(point, &()).unwrap();
     let row = format!("{},50,narrow,3,3,fixed,kt27,{},1\n", point.scene, point.inputs);
     let result = fly_row(&row, &()).unwrap();
-    let rms: f64 = result.split(',').nth(11).unwrap().parse().unwrap();
+    let rms: f64 = result.split(',').nth(12).unwrap().parse().unwrap();
     assert_eq!((rms, flown.point()), (flown.rms_m, point.clone()), "{result}");
     let wide = fly_point(&Point { view: CameraView::Wide, ..point.clone() }, &()).unwrap();
     assert_ne!((wide.rms_m, wide.point().key()), (rms, point.key()));

@@ -191,6 +191,6 @@ def fly_point(row: str) -> str:
     RuntimeError
         If extractor or flight program fail.
 
-    >>> fly_point("field,50.0,3.0,10.0,fixed,kt27,0badc0de,1")
+    >>> fly_point("field,50.0,wide,3.0,10.0,fixed,kt27,0badc0de,1")
     """
     return _native.fly_point(row)

@@ -153,13 +153,14 @@ def test_the_flights_of_the_table_are_those_of_the_file():
     entries, rows = results.Results().entries, hold.flights()
     recorded = {key: entry["values"] for key, entry in entries.items() if key.startswith("hold.")}
     assert recorded == hold.summaries(rows) | {"hold.imu_only": hold.imu_only(rows)}
+    assert {entries[key]["commit"] for key in recorded} == {results.commits(rows)}
 
 
 def test_the_random_flights_of_the_table_are_those_of_the_file():
     entries = results.Results().entries
     recorded = {key: entry["values"] for key, entry in entries.items() if key.startswith("flights.random.")}
     assert recorded == flights.summaries(flights.flights())
-    assert {entries[key]["commit"] for key in recorded} == {flights.commits(flights.flights())}
+    assert {entries[key]["commit"] for key in recorded} == {results.commits(flights.flights())}
 
 
 def test_the_nees_of_an_ingredient_is_that_of_the_flights_that_have_it():
@@ -167,10 +168,10 @@ def test_the_nees_of_an_ingredient_is_that_of_the_flights_that_have_it():
     assert flights.nees_by_ingredient(rows) == {"ground town": 1.0, "ground grass": 4.0, "black": 2.5}
 
 
-def test_random_flights_have_the_commits_that_flew_them(project):
+def test_flights_have_the_commits_that_flew_them(project):
     rows = [{"commit": commit} for commit in ("0123456789ab", "0123456789ab", "89abcdef0123-dirty")]
-    assert flights.commits(rows) == "01234567, 89abcdef-dirty"
-    results.record({"alm": 9700}, root=project, commit=flights.commits(rows))
+    assert results.commits(rows) == "01234567, 89abcdef-dirty"
+    results.record({"alm": 9700}, root=project, commit=results.commits(rows))
     assert results.Results(project).entries["alm"]["commit"] == "01234567, 89abcdef-dirty"
 
 

@@ -139,7 +139,7 @@ impl Campaign {
                 for &view in &views {
                     for &gusts_m_s in &gusts_m_s {
                         for (name, design) in &designs {
-                            let inputs = point::hash_of_inputs(&scene, design);
+                            let inputs = point::hash_of_inputs(&scene, design)?;
                             points.extend((1..=settings.seeds).map(|seed| Point {
                                 scene: scene_name.clone(),
                                 height_m,

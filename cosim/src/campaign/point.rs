@@ -1,9 +1,11 @@
 //! One point of a campaign, before and after its hover.
 
+use std::fs;
+
 use hoverlock_design::DesignPoint;
 use hoverlock_edss::scene::Scene;
 use hoverlock_fixed_point::analysis::resources::{Resources, resources};
-use hoverlock_reports::provenance::sha256;
+use hoverlock_reports::provenance::{COMMIT, sha256};
 use serde::{Deserialize, Serialize};
 
 use super::{CampaignError, table};
@@ -55,6 +57,8 @@ pub struct FlownPoint {
     pub inputs: String,
     /// See [`Point::seed`].
     pub seed: u64,
+    /// Commit of the program that flew it.
+    pub commit: String,
     /// M10K blocks of the design, by the memory model.
     pub m10k: u64,
     /// Multipliers 18 x 18 of the design, by the memory model.
@@ -102,11 +106,19 @@ impl FlownPoint {
     }
 }
 
-/// Returns a hash of the numbers of scene and design. Of a picture that a scene names, only the path counts.
-pub(super) fn hash_of_inputs(scene: &Scene, design: &DesignPoint) -> String {
-    let mut digest = sha256(&format!("{scene:?} {}", design.to_toml()));
+/// Returns a hash of scene and design: of their numbers, and of the picture files that the scene names.
+///
+/// # Errors
+/// A picture file cannot be read.
+pub(super) fn hash_of_inputs(scene: &Scene, design: &DesignPoint) -> Result<String, CampaignError> {
+    let mut inputs = format!("{scene:?} {}", design.to_toml());
+    for path in scene.pictures() {
+        let bytes = fs::read(path).map_err(|source| CampaignError::Picture { path: path.into(), source })?;
+        inputs += &sha256(&bytes);
+    }
+    let mut digest = sha256(&inputs);
     digest.truncate(8);
-    digest
+    Ok(digest)
 }
 
 /// Flies a point. Equal points give equal results on every machine.
@@ -115,7 +127,7 @@ pub(super) fn hash_of_inputs(scene: &Scene, design: &DesignPoint) -> String {
 /// Scene or design cannot be loaded or are not those of the campaign, the hover fails, or the monitor stops it.
 pub fn fly_point(point: &Point, monitor: &dyn Monitor) -> Result<FlownPoint, CampaignError> {
     let design = DesignPoint::load_or_change(&point.design)?;
-    if hash_of_inputs(&load_scene(&point.scene)?, &design) != point.inputs {
+    if hash_of_inputs(&load_scene(&point.scene)?, &design)? != point.inputs {
         return Err(CampaignError::OtherInputs { scene: point.scene.clone(), design: point.design.clone() });
     }
     let Resources { m10k, mul18, .. } = resources(&design);
@@ -141,6 +153,7 @@ pub fn fly_point(point: &Point, monitor: &dyn Monitor) -> Result<FlownPoint, Cam
         design: point.design.clone(),
         inputs: point.inputs.clone(),
         seed: point.seed,
+        commit: COMMIT.to_owned(),
         m10k,
         mul18,
         rms_m: summary.rms_m,
@@ -172,12 +185,21 @@ mod tests {
     fn a_changed_scene_or_design_is_another_point() {
         let of = |scene: &str, change: &str| {
             let scene = Scene::parse(scene, ".".as_ref()).unwrap();
-            hash_of_inputs(&scene, &KT27.with_override(change).unwrap())
+            hash_of_inputs(&scene, &KT27.with_override(change).unwrap()).unwrap()
         };
         let field = Scene::named("field").unwrap();
         let own = of(field, "dog_bits=15");
         assert!(own.len() == 8 && own == of(&format!("# a comment\n{field}"), "dog_bits=15"));
         assert_ne!(own, of(&field.replace("rms_m = 3.0", "rms_m = 3.1"), "dog_bits=15"));
         assert_ne!(own, of(field, "dog_bits=14"));
+
+        let folder = tempfile::tempdir().unwrap();
+        let picture = folder.path().join("ground.pgm");
+        let scene = format!("[ground.picture]\nfile = {picture:?}\ntexel_m = 0.1\n");
+        let of_picture = |sample: u8| {
+            fs::write(&picture, [b"P5\n2 1\n255\n\x00", &[sample][..]].concat()).unwrap();
+            of(&scene, "dog_bits=15")
+        };
+        assert_ne!(of_picture(1), of_picture(2));
     }
 }

@@ -94,6 +94,7 @@ pub(crate) mod tests {
             design: design.into(),
             inputs: "0123abcd".into(),
             seed,
+            commit: "0123456789ab".into(),
             m10k,
             mul18: 51,
             rms_m: 2.0 * error,
