@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
-use hoverlock_cosim::hover::{MAX_LOSS_S, MAX_TILT_DEG, load_scene};
+use hoverlock_cosim::hover::{MAX_LOSS_S, MAX_TILT_DEG, hash_of_pictures, load_scene};
 use hoverlock_cosim::{HoverSettings, hover};
 use hoverlock_design::DesignPoint;
 use hoverlock_edss::camera::{FIELD_OF_VIEW_RANGE_DEG, FRAME_SIZE};
@@ -169,7 +169,8 @@ fn scenes(names: &[String], seed: u64) -> Result<(Vec<Scene>, Vec<Subject>)> {
         let pose = Pose { position, attitude: Attitude::default() };
         let frame = still(&renderer, &pose, FIELD_OF_VIEW_RANGE_DEG[1], seed)?;
         subjects.push(Subject { name: name.clone(), frame: frame.clone(), picture: frame });
-        scenes.push(Scene { hash: sha256(&format!("{scene:?}")), name });
+        let hash = sha256(format!("{scene:?}{}", hash_of_pictures(&scene)?));
+        scenes.push(Scene { hash, name });
     }
     Ok((scenes, subjects))
 }

@@ -36,14 +36,6 @@ pub enum CampaignError {
     /// A scene could not be loaded.
     #[error(transparent)]
     Scene(#[from] SceneFileError),
-    /// A picture file of a scene could not be read.
-    #[error("{path}: cannot be read: {source}")]
-    Picture {
-        /// The picture file.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: io::Error,
-    },
     /// A design could not be loaded.
     #[error(transparent)]
     Design(#[from] LoadError),

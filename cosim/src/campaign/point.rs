@@ -1,7 +1,5 @@
 //! One point of a campaign, before and after its hover.
 
-use std::fs;
-
 use hoverlock_design::DesignPoint;
 use hoverlock_edss::scene::Scene;
 use hoverlock_fixed_point::analysis::resources::{Resources, resources};
@@ -10,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{CampaignError, table};
 use crate::chain::FeatureSource;
-use crate::hover::{CameraView, HoverSettings, hover, load_scene};
+use crate::hover::{CameraView, HoverSettings, hash_of_pictures, hover, load_scene};
 use crate::monitor::Monitor;
 
 /// A hover to be flown. The fields are the first columns of the table.
@@ -111,12 +109,7 @@ impl FlownPoint {
 /// # Errors
 /// A picture file cannot be read.
 pub(super) fn hash_of_inputs(scene: &Scene, design: &DesignPoint) -> Result<String, CampaignError> {
-    let mut inputs = format!("{scene:?} {}", design.to_toml());
-    for path in scene.pictures() {
-        let bytes = fs::read(path).map_err(|source| CampaignError::Picture { path: path.into(), source })?;
-        inputs += &sha256(&bytes);
-    }
-    let mut digest = sha256(&inputs);
+    let mut digest = sha256(format!("{scene:?} {}{}", design.to_toml(), hash_of_pictures(scene)?));
     digest.truncate(8);
     Ok(digest)
 }
@@ -197,7 +190,7 @@ mod tests {
         let picture = folder.path().join("ground.pgm");
         let scene = format!("[ground.picture]\nfile = {picture:?}\ntexel_m = 0.1\n");
         let of_picture = |sample: u8| {
-            fs::write(&picture, [b"P5\n2 1\n255\n\x00", &[sample][..]].concat()).unwrap();
+            std::fs::write(&picture, [b"P5\n2 1\n255\n\x00", &[sample][..]].concat()).unwrap();
             of(&scene, "dog_bits=15")
         };
         assert_ne!(of_picture(1), of_picture(2));

@@ -18,6 +18,7 @@ use hoverlock_edss::render::{RenderError, Renderer};
 use hoverlock_edss::scene::{Scene, SceneError};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::orthophoto::ViewError;
+use hoverlock_reports::provenance::sha256;
 use nalgebra::Vector2;
 
 pub use checks::{MAX_LOSS_S, MAX_TILT_DEG};
@@ -233,6 +234,18 @@ pub fn load_scene(name: &str) -> Result<Scene, SceneFileError> {
     }
     let text = std::fs::read_to_string(&path).map_err(|source| SceneFileError::Read { name: name.into(), source })?;
     parse_scene(&text, name)
+}
+
+/// Returns the hashes of the picture files that a scene is made from, one after the other.
+///
+/// # Errors
+/// A picture file cannot be read.
+pub fn hash_of_pictures(scene: &Scene) -> Result<String, SceneFileError> {
+    let hash = |path: &Path| {
+        let name = path.display().to_string();
+        Ok(sha256(std::fs::read(path).map_err(|source| SceneFileError::Read { name, source })?))
+    };
+    scene.pictures().into_iter().map(hash).collect()
 }
 
 /// Parses a scene; its pictures are searched in the folder of the file `name`.

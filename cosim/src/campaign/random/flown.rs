@@ -67,7 +67,7 @@ pub struct FlownFlight {
 
 /// Returns the hash of a scenario.
 pub(super) fn hash(flight: &RandomFlight) -> String {
-    let mut digest = sha256(&flight.scenario());
+    let mut digest = sha256(flight.scenario());
     digest.truncate(8);
     digest
 }
