@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use hoverlock_cosim::campaign::random::RandomSettings;
 use hoverlock_cosim::campaign::{Campaign, CampaignProgress, CampaignSettings, Cluster, DesignStatistics, Place};
 use hoverlock_cosim::{BoxError, CampaignOutcome};
@@ -99,6 +99,9 @@ pub fn run(args: &Args) -> Result<Verdict> {
         let seconds = args.seconds.unwrap_or(RANDOM_SECONDS);
         let settings = RandomSettings { seed: args.seed, flights, seconds, features: args.features.into() };
         return match args.shrink {
+            Some(number) if number > flights => {
+                bail!("--shrink {number}: --random gives {flights} flights; give it at least {number}")
+            }
             Some(number) => random_sweep::run_shrink(&settings, number, &args.out, args.json),
             None => random_sweep::run(&settings, args.table.as_deref(), &args.out, args.json),
         };

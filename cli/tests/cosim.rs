@@ -383,6 +383,28 @@ fn links_to_nothing_other_times_and_hidden_files_are_seen() {
     refused(&["cosim", sequence], "calibration.toml: cannot be read");
 }
 
+/// The clock of a flight may count from 1970.
+#[test]
+fn times_from_any_epoch_give_the_same_estimates() {
+    let folder = flight();
+    let sequence = folder.path().to_str().unwrap();
+    let positions = || {
+        let (report, _) = json(&["cosim", sequence]);
+        let estimates = report["estimates"].as_array().unwrap();
+        estimates.iter().map(|line| [line["x_e_m"].clone(), line["y_e_m"].clone()]).collect::<Vec<_>>()
+    };
+    let from_zero = positions();
+    let shifted: String = telemetry(&FLIGHT)
+        .lines()
+        .map(|line| match line.split_once(',') {
+            Some((time, rest)) if time.parse::<u32>().is_ok() => format!("179600000{time},{rest}\n"),
+            _ => format!("{line}\n"),
+        })
+        .collect();
+    fs::write(folder.path().join("telemetry.csv"), shifted).unwrap();
+    assert!(from_zero.iter().any(|[x, _]| !x.is_null()) && positions() == from_zero);
+}
+
 /// Of many pictures that are cropped, one remark names the first, another counts the others.
 #[test]
 fn remarks_do_not_repeat_and_names_stay_on_one_line() {

@@ -256,6 +256,7 @@ fn bad_input_is_one_line_and_status_2() {
     sweep(&["--random", "0"], "--random");
     sweep(&["--random", "2", "--scene", "field"], "--scene");
     sweep(&["--shrink", "2"], "--random");
+    sweep(&["--random", "2", "--shrink", "3"], "--random gives 2 flights");
 }
 
 /// Points that are in the table are not flown again, a row that was cut off is.

@@ -5,10 +5,7 @@ use std::path::{Path, PathBuf};
 use hoverlock_arm::message::{Inertial, InertialSample, encode_inertial};
 use serde::Deserialize;
 
-use super::table;
-
-/// Largest time of a sample, s.
-const MAX_TIME_S: f64 = 1e9;
+use super::table::{MAX_TIME_S, reason};
 
 /// The columns of the table.
 pub(super) const COLUMNS: [&str; 7] = [
@@ -87,7 +84,7 @@ pub fn read(path: &Path) -> Result<Vec<InertialSample>, InertialError> {
     let mut samples: Vec<InertialSample> = Vec::new();
     for row in rows.deserialize::<Row>() {
         let refused = |reason: String| InertialError::Row { path: path.into(), row: samples.len() + 1, reason };
-        let row = row.map_err(|error| refused(table::reason(&error, &header)))?;
+        let row = row.map_err(|error| refused(reason(&error, &header)))?;
         if !(0.0..=MAX_TIME_S).contains(&row.time_s) {
             return Err(refused(format!("time_s is {}, and must be 0 to {MAX_TIME_S}", row.time_s)));
         }

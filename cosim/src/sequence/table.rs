@@ -1,4 +1,7 @@
-//! What is wrong with a row of a table, by the name of the column.
+//! What tables with a row for each frame or sample have in common.
+
+/// Largest time of a row, s: clocks may count from 1970.
+pub(super) const MAX_TIME_S: f64 = 1e10;
 
 /// Returns the reason why a row could not be parsed, with the name of the column.
 pub(super) fn reason(error: &csv::Error, header: &csv::StringRecord) -> String {

@@ -9,7 +9,7 @@ use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::Attitude;
 use serde::Deserialize;
 
-use super::table::reason;
+use super::table::{MAX_TIME_S, reason};
 
 /// Frame rate of a table without times, Hz.
 const DEFAULT_FRAME_RATE: f64 = 15.0;
@@ -142,7 +142,7 @@ impl Row {
     fn check(&self) -> Result<(), String> {
         let error = |value: Option<f64>| value.unwrap_or(1.0);
         let bounds = [
-            ("time_s", self.time_s.unwrap_or(0.0), 0.0, 1e9),
+            ("time_s", self.time_s.unwrap_or(0.0), 0.0, MAX_TIME_S),
             ("roll_deg", self.roll_deg, -80.0, 80.0),
             ("pitch_deg", self.pitch_deg, -80.0, 80.0),
             ("yaw_deg", self.yaw_deg, -360.0, 360.0),
