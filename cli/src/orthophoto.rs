@@ -17,7 +17,7 @@ use serde::Serialize;
 use crate::Verdict;
 use crate::choice::between;
 use crate::output::{prepare_target, print, print_json, shown, write_file};
-use crate::picture::{Limit, open_any};
+use crate::picture::{Limit, open};
 
 /// Columns and rows of the places at which the error is evaluated.
 const GRID: usize = 32;
@@ -70,7 +70,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let _folder = prepare_target("--out", &args.out, &["png"], &[Path::new(&args.picture), &args.telemetry])?;
     let rows = telemetry::read(&args.telemetry, 1)?;
     let Telemetry { attitude, range, field_of_view, .. } = rows[0];
-    let picture = open_any(&args.picture, &args.limit, 1, None)?.luma;
+    let picture = open(&args.picture, &args.limit, 1, None)?.luma;
     let camera = Camera::with_field_of_view(picture.width(), picture.height(), field_of_view)?;
     let view = View::new(camera, attitude, range)?;
     let raster = Raster::of(&view, picture.width(), picture.height());

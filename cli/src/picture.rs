@@ -37,12 +37,7 @@ impl Limit {
 /// Decodes a picture of at least `min_side` x `min_side` pixels that are not all equal. Says on stderr if it is turned
 /// or mirrored, and if only its centre of `frame` columns and rows will be used.
 pub fn open(path: &Path, limit: &Limit, min_side: usize, frame: Option<(usize, usize)>) -> Result<Picture> {
-    Ok(open_any(path, limit, min_side, frame)?.require(min_side, min_side)?)
-}
-
-/// Does the same as [`open`], and takes a picture whose pixels are all equal.
-pub fn open_any(path: &Path, limit: &Limit, min_side: usize, frame: Option<(usize, usize)>) -> Result<Picture> {
     let file = PictureFile::open(path, &limit.limits())?.require(min_side, min_side)?;
     remarks(&file, frame).iter().for_each(|remark| say(remark));
-    Ok(file.decode()?)
+    Ok(file.decode()?.require(min_side, min_side)?)
 }

@@ -1,6 +1,6 @@
 //! `hoverlock scene`: a picture of a scene of the simulator, from any place.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::ValueHint;
@@ -74,7 +74,8 @@ struct Report {
 pub fn run(args: &Args) -> Result<Verdict> {
     let pose = args.pose()?;
     let scene = load_scene(&args.scene)?;
-    let _folder = prepare_target("--out", &args.out, &["png"], &scene.pictures())?;
+    let inputs = [&[Path::new(&args.scene)], &scene.pictures()[..]].concat();
+    let _folder = prepare_target("--out", &args.out, &["png"], &inputs)?;
     let renderer = Renderer::new(&scene, args.seed).with_context(|| format!("scene {}", args.scene))?;
     let surface = renderer.surface(0.0, pose.ground());
     if -pose.position.z <= surface {

@@ -54,7 +54,7 @@ impl Provenance {
     }
 }
 
-/// Returns the SHA-256 of a text, in hexadecimal.
+/// Returns the SHA-256 of some bytes, in hexadecimal.
 pub fn sha256(bytes: impl AsRef<[u8]>) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
