@@ -55,6 +55,22 @@ pub struct CameraErrors {
     pub specks: u32,
 }
 
+impl CameraErrors {
+    /// Returns the first value that is out of range.
+    fn invalid(&self) -> Option<OutOfRange> {
+        let Self { k1, readout_s, focal, boresight_deg, delay_s, specks } = *self;
+        let limits: [(_, &[f64], _, _); 6] = [
+            ("k1", &[k1], -1.0, 1.0),
+            ("readout_s", &[readout_s], 0.0, 0.1),
+            ("focal", &[focal], -0.1, 0.1),
+            ("delay_s", &[delay_s], 0.0, 0.1),
+            ("specks", &[specks.into()], 0.0, 10_000.0),
+            ("boresight_deg", &boresight_deg, -5.0, 5.0),
+        ];
+        limits.into_iter().find_map(|(key, values, min, max)| OutOfRange::first(key, values, min, max))
+    }
+}
+
 /// An event of a flight.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
@@ -236,10 +252,7 @@ impl Event {
 
     /// Returns the first value that is out of range, with its name, and the range.
     fn invalid(&self) -> Option<OutOfRange> {
-        let first = |key: &'static str, values: &[f64], min: f64, max: f64| {
-            let value = values.iter().copied().find(|value| !(min..=max).contains(value))?;
-            Some(OutOfRange { key, value, min, max })
-        };
+        let first = OutOfRange::first;
         let spot =
             |at: &[f64; 2], radius: f64| first("at", at, -1.0, 2.0).or_else(|| first("radius", &[radius], 0.001, 1.0));
         let [begin, end] = self.interval();
@@ -269,6 +282,14 @@ struct OutOfRange {
     value: f64,
     min: f64,
     max: f64,
+}
+
+impl OutOfRange {
+    /// Returns the first of the values of a key that is out of range.
+    fn first(key: &'static str, values: &[f64], min: f64, max: f64) -> Option<Self> {
+        let value = values.iter().copied().find(|value| !(min..=max).contains(value))?;
+        Some(Self { key, value, min, max })
+    }
 }
 
 impl Display for OutOfRange {
@@ -480,17 +501,8 @@ impl HoverSettings {
         let mut table = DeTable::parse(text).map_err(|error| SCENARIO.located(text, path, "", None, &error))?;
         let events = read_events(text, path, table.get_mut().remove("event"))?;
         let file: File = SCENARIO.deserialize(text, path, table)?;
-        let CameraErrors { k1, readout_s, focal, boresight_deg, delay_s, specks } = file.camera;
-        let limits = [
-            ("k1", k1, -1.0, 1.0),
-            ("readout_s", readout_s, 0.0, 0.1),
-            ("focal", focal, -0.1, 0.1),
-            ("delay_s", delay_s, 0.0, 0.1),
-            ("specks", specks.into(), 0.0, 10_000.0),
-        ];
-        let mut limits = limits.into_iter().chain(boresight_deg.map(|angle| ("boresight_deg", angle, -5.0, 5.0)));
-        if let Some((name, value, min, max)) = limits.find(|(_, v, min, max)| !(min..=max).contains(&v)) {
-            return Err(invalid(format!("camera.{name} is {value}, and must be {min} to {max}")));
+        if let Some(wrong) = file.camera.invalid() {
+            return Err(invalid(format!("camera.{wrong}")));
         }
         // The keys of the file beside settings that are valid: a wrong option is not an error of the file.
         let valid = Self::default();
