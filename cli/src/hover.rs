@@ -102,6 +102,10 @@ impl Monitor for Recorder {
         Reporter.long_step(name)
     }
 
+    fn remark(&self, text: &str) {
+        Reporter.remark(text);
+    }
+
     fn frame(&self, frame: &FrameProgress<'_>) -> Result<(), BoxError> {
         self.remove_earlier()?;
         if let Some((folder, writer)) = &self.saved {

@@ -276,6 +276,17 @@ fn homographies_beside_the_frames_give_the_error() {
     assert!(accuracy["rms_m"].as_f64().unwrap() > 0.0 && accuracy["max_m"].as_f64().unwrap() < 0.1, "{text}");
 }
 
+#[test]
+fn homographies_of_other_frames_are_remarked() {
+    let folder = flight();
+    let table = "ref,frame,ok,h00,h01,h02,h10,h11,h12,h20,h21,h22\n100,101,1,1,0,0,0,1,0,0,0,1\n";
+    fs::write(folder.path().join("pseudo_gt.csv"), table).unwrap();
+    let output = hoverlock(&["cosim", folder.path().to_str().unwrap()]);
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{text}");
+    assert!(text.contains("pseudo_gt.csv: no homography gives the position of a frame after frame 0"), "{text}");
+}
+
 #[track_caller]
 fn refused(arguments: &[&str], named: &str) {
     assert_refused(&hoverlock(arguments), named);
@@ -368,16 +379,22 @@ fn a_bad_sequence_is_one_line_and_status_2() {
 
 /// What is beside the frames is read, named, or left out as its name says.
 #[test]
-fn links_to_nothing_other_times_and_hidden_files_are_seen() {
+fn links_to_nothing_odd_samples_and_hidden_files_are_seen() {
     let folder = flight();
     let put = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
     let sequence = folder.path().to_str().unwrap();
     put("._00.png", "of another system");
     put("telemetry.csv", &telemetry(&FLIGHT));
     put("inertial.csv", &format!("{INERTIAL_COLUMNS}\n900,0,0,0,0,0,-9.8\n"));
-    let output = hoverlock(&["cosim", sequence]);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(said.contains("inertial.csv: no sample is between the frames: samples are from 900 to 900 s"), "{said}");
+    let said = |text: &str| {
+        put("inertial.csv", &format!("{INERTIAL_COLUMNS}\n{text}\n"));
+        String::from_utf8(hoverlock(&["cosim", sequence]).stderr).unwrap()
+    };
+    let text = said("900,0,0,0,0,0,-9.8");
+    assert!(text.contains("inertial.csv: no sample is between the frames: samples are from 900 to 900 s"), "{text}");
+    assert!(!text.contains("specific force"), "{text}");
+    let text = said("900,0,0,0,0,0,-1");
+    assert!(text.contains("inertial.csv: the mean specific force down is -1.00 m/s^2"), "{text}");
     fs::remove_file(folder.path().join("inertial.csv")).unwrap();
     std::os::unix::fs::symlink("/missing/calibration.toml", folder.path().join("calibration.toml")).unwrap();
     refused(&["cosim", sequence], "calibration.toml: cannot be read");

@@ -196,6 +196,7 @@ pub enum HoverError {
 /// that does not hold its position is not an error: its outcome has `pass` false and a reason.
 pub fn hover(settings: &HoverSettings, monitor: &dyn Monitor) -> Result<HoverOutcome, HoverError> {
     settings.check()?;
+    settings.scenario.remarks(settings.seconds).for_each(|remark| monitor.remark(&remark));
     check_choice(settings.features, &settings.design, settings.flight_program)?;
     let scene = match &settings.scenario.scene {
         Some(scene) => scene.clone(),

@@ -390,6 +390,14 @@ fn read_events(text: &str, path: &Path, key: Option<Spanned<DeValue<'_>>>) -> Re
 }
 
 impl Scenario {
+    /// Returns a remark for each event that begins after the end of a flight (s).
+    pub(super) fn remarks(&self, seconds: f64) -> impl Iterator<Item = String> {
+        let begins = self.events.iter().map(|event| event.interval()[0]).enumerate();
+        begins.filter(move |(_, begin)| *begin > seconds).map(move |(index, begin)| {
+            format!("event {}: begins at {begin} s, after the end of the flight at {seconds} s", index + 1)
+        })
+    }
+
     /// Returns the optics of the camera.
     pub(super) fn optics(&self) -> Optics {
         let CameraErrors { k1, readout_s, boresight_deg, specks, .. } = self.camera;
@@ -649,5 +657,14 @@ mod tests {
         );
         refused(&format!("{scene}[scene.fog]\n"), "line 6: scene.fog: unknown field `fog`");
         refused("[scene]\nbrightness = 1.0\n", "line 1: scene: missing field `ground`");
+    }
+
+    #[test]
+    fn events_after_the_end_are_remarked() {
+        let text = "scene = 'field'\nseconds = 5.0\n[[event]]\nt = 5.0\nevent = 'renew'\n\
+            [[event]]\nt = 5.5\nevent = 'black'\nseconds = 1.0\n";
+        let settings = read(text).unwrap();
+        let remarks: Vec<String> = settings.scenario.remarks(settings.seconds).collect();
+        assert_eq!(remarks, ["event 2: begins at 5.5 s, after the end of the flight at 5 s"]);
     }
 }

@@ -8,6 +8,7 @@ mod table;
 pub mod telemetry;
 mod writer;
 
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use hoverlock_arm::calibration::Calibration;
@@ -56,6 +57,9 @@ const ASSUMED_SENSORS: SensorErrors = SensorErrors { tilt: 5.0 * DEGREE, heading
 /// Assumed interval between frames, s. It exceeds the age up to which a displacement predicts the next one, so that no
 /// frame is searched near the position of the frame before.
 const ASSUMED_INTERVAL_S: f64 = 2.0;
+
+/// Specific force down of a vehicle that hovers, m/s^2.
+const HOVER_FORCE_M_PER_S2: RangeInclusive<f64> = -15.0..=-5.0;
 
 /// The assumed telemetry in words.
 pub const ASSUMED_TELEMETRY: &str = "assumed: roll, pitch and yaw 0, range 20 m, field of view 50 degrees, frames 2 s \
@@ -123,7 +127,8 @@ pub enum SequenceError {
 /// Reads a folder of pictures in the order of their names, with the optional files [`TELEMETRY`], [`INERTIAL`],
 /// [`CALIBRATION`] and [`HOMOGRAPHIES`].
 /// Pictures larger than a frame of `kt27` are cropped to their centre, and the field of view is reduced accordingly.
-/// The monitor receives a remark if pictures are turned or cropped. A picture of one value is a frame.
+/// The monitor receives a remark if pictures are turned or cropped, if samples of the inertial sensor do not fit the
+/// frames or a hover, and if the homographies belong to no frame. A picture of one value is a frame.
 ///
 /// Each picture is decoded once, so that a damaged one is refused before the first frame is processed.
 ///
@@ -150,7 +155,7 @@ pub fn read(folder: &Path, limits: &Limits, monitor: &dyn Monitor) -> Result<Seq
     }
     let table = folder.join(INERTIAL);
     let inertial = if is_there(&table) { inertial::read(&table)? } else { Vec::new() };
-    if let Some(remark) = remark_on_times(&inertial, &telemetry) {
+    for remark in [remark_on_times(&inertial, &telemetry), remark_on_force(&inertial)].into_iter().flatten() {
         monitor.remark(&format!("{}: {remark}", table.display()));
     }
     let file = folder.join(CALIBRATION);
@@ -158,6 +163,9 @@ pub fn read(folder: &Path, limits: &Limits, monitor: &dyn Monitor) -> Result<Seq
     let table = folder.join(HOMOGRAPHIES);
     let pseudo_truths =
         if is_there(&table) { pseudo_truth::read(&table, first, &telemetry)? } else { vec![None; frames.len()] };
+    if is_there(&table) && !pseudo_truths.iter().skip(1).any(Option::is_some) {
+        monitor.remark(&format!("{}: no homography gives the position of a frame after frame 0", table.display()));
+    }
     Ok(Sequence { frames, telemetry, inertial, calibration, is_telemetry_assumed, pseudo_truths })
 }
 
@@ -198,6 +206,16 @@ fn remark_on_times(inertial: &[InertialSample], telemetry: &[Telemetry]) -> Opti
     outside.then(|| {
         let [begin, end, first, last] = [begin, end, first, last].map(|time_us| time_us as f64 / 1e6);
         format!("no sample is between the frames: samples are from {begin} to {end} s, frames from {first} to {last} s")
+    })
+}
+
+/// Returns a remark if the mean specific force down is not near that of a hover.
+fn remark_on_force(inertial: &[InertialSample]) -> Option<String> {
+    let sum: f64 = inertial.iter().map(|sample| sample.force[2]).sum();
+    let mean = sum / inertial.len() as f64;
+    let is_odd = !inertial.is_empty() && !HOVER_FORCE_M_PER_S2.contains(&mean);
+    is_odd.then(|| {
+        format!("the mean specific force down is {mean:.2} m/s^2, and that of a hover is -9.81; check unit and sign")
     })
 }
 
