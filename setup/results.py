@@ -258,10 +258,13 @@ def check(root: Path = ROOT) -> list[str]:
 
 
 def state(root: Path) -> str:
-    """Returns the commit, with `-dirty` where files in git have changed since."""
-    described = subprocess.run(["git", "describe", "--always", "--dirty", "--abbrev=8", "--exclude=*"], cwd=root,
-                               stdout=subprocess.PIPE, text=True)
-    return described.stdout.strip() or "unknown"
+    """Returns the commit, with `-dirty` where files in git have changed since that a result may depend on."""
+    def git(*arguments: str) -> str:
+        return subprocess.run(["git", *arguments], cwd=root, stdout=subprocess.PIPE, text=True).stdout.strip()
+    # A result that was recorded before this one changes no other.
+    changed = git("status", "--porcelain", "--untracked-files=no", "--", ".", f":!{RESULTS}", ":!*.md")
+    commit = git("rev-parse", "HEAD")[:8]
+    return commit + ("-dirty" if changed else "") if commit else "unknown"
 
 
 def record(values: dict, root: Path = ROOT, **fields: str) -> None:

@@ -168,6 +168,19 @@ def test_the_nees_of_an_ingredient_is_that_of_the_flights_that_have_it():
     assert flights.nees_by_ingredient(rows) == {"ground town": 1.0, "ground grass": 4.0, "black": 2.5}
 
 
+def test_a_result_recorded_before_is_no_change_of_the_program(project):
+    run = lambda *arguments: subprocess.run(["git", *arguments], cwd=project, check=True, stdout=subprocess.PIPE)
+    (project / "program.rs").write_text("fn main() {}")
+    run("add", ".")
+    run("-c", "user.name=a", "-c", "user.email=a@b", "commit", "--quiet", "--message", "first")
+    results.record({"alm": 9700}, root=project)
+    results.record({"alm": 9701}, root=project)
+    assert re.fullmatch("[0-9a-f]{8}", results.Results(project).entries["alm"]["commit"])
+    (project / "program.rs").write_text("fn main() { }")
+    results.record({"alm": 9702}, root=project)
+    assert results.Results(project).entries["alm"]["commit"].endswith("-dirty")
+
+
 def test_flights_have_the_commits_that_flew_them(project):
     rows = [{"commit": commit} for commit in ("0123456789ab", "0123456789ab", "89abcdef0123-dirty")]
     assert results.commits(rows) == "01234567, 89abcdef-dirty"
