@@ -566,8 +566,8 @@ fn an_installed_command_works_with_its_sources_gone() {
     for args in [
         &["match", picture, picture][..],
         &["coeffs", "--sigma", "2", "--out", "coefficients"],
-        &["rtl", "emit"],
-        &["rtl", "check"],
+        &["rtl", "emit", "--out", "emitted"],
+        &["rtl", "check", "--out", "emitted"],
         &["sim", picture],
         &["doctor", "--json"],
     ] {

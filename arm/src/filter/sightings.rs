@@ -8,7 +8,7 @@ use super::{CORE, Filter, GYRO_BIAS, KEPT_SLOPE, PAIR, SLOPE, STATES, pair_state
 use hoverlock_reference::motion::budget::Budget;
 use hoverlock_reference::motion::orthophoto::Camera;
 use hoverlock_reference::motion::relief::{ReliefSums, clipped};
-use nalgebra::{Matrix2, Matrix6, SMatrix, Vector2, Vector6};
+use nalgebra::{Matrix2, Matrix3, Matrix3x6, Matrix6, SMatrix, SVector, Vector2, Vector3, Vector6};
 
 /// Cells that the sightings of one frame may touch; sightings of further cells are not used.
 pub(super) const MAX_TOUCHED_CELLS: usize = 96;
@@ -51,6 +51,8 @@ const MORE_CELLS: usize = 8;
 const NIS_WEIGHT: f64 = 0.3;
 /// Share of the largest running NIS that remains after a frame: half after 2.3 s.
 const NIS_DECAY: f64 = 0.98;
+/// Standard deviation of a sight line below which its motion is no innovation, rad.
+const MOTION_FLOOR: f64 = 2e-5;
 /// Mean square that the residuals of a block of the picture may have in common, px^2. More is relief that the fit has
 /// taken for something else.
 pub(super) const COMMON_PX2: f64 = 0.0005;
@@ -294,7 +296,7 @@ impl Filter {
             self.scratch.last_cells = self.scratch.cells.len();
             spend(budget, self.application_work(self.scratch.last_cells, self.changed(self.by_patches)))?;
             self.apply(&pair_states(k))?;
-            self.monitor(k, &change, &before);
+            self.monitor(k, cameras[1], &change, &before);
             if self.is_rough {
                 // The relief is that of the residuals, and with it what they have in common.
                 self.common = 0.0;
@@ -374,22 +376,26 @@ impl Filter {
         Matrix6::from_fn(|i, j| pair[(i, j)] - pair[(i, 6 + j)] - pair[(6 + i, j)] + pair[(6 + i, 6 + j)])
     }
 
-    /// Updates the running NIS: a change of the relative pose over the covariance that the update removed.
-    fn monitor(&mut self, k: usize, change: &[f64; PAIR], before: &Matrix6<f64>) {
+    /// Updates the running NIS: of a change of the relative pose over the covariance that the update removed, and of
+    /// the motion of the picture that the change makes.
+    fn monitor(&mut self, k: usize, camera: &Camera, change: &[f64; PAIR], before: &Matrix6<f64>) {
         if self.is_free {
             return;
         }
         let relative = Vector6::from_fn(|i, _| change[i] - change[6 + i]);
-        let mut removed = before - self.relative_covariance(k);
-        for i in 0..6 {
-            // A millimetre, and a tenth of a milliradian.
-            removed[(i, i)] += if i < 3 { 1e-6 } else { 1e-8 };
-        }
-        let Some(inverse) = removed.try_inverse() else { return };
-        let nis = relative.dot(&(inverse * relative)).max(0.0);
+        let removed = before - self.relative_covariance(k);
+        let height = -self.pose.position.z;
+        let motion = picture_motion(height, camera);
+        // A millimetre, and a tenth of a milliradian.
+        let floor = Matrix6::from_diagonal(&Vector6::new(1e-6, 1e-6, 1e-6, 1e-8, 1e-8, 1e-8));
+        let sight = (MOTION_FLOOR * height).powi(2);
+        let motion_floor = Matrix3::from_diagonal(&Vector3::new(sight, sight, 1e-8));
+        let Some(nis) = normalised(&relative, removed + floor) else { return };
+        let motion_nis = normalised(&(motion * relative), motion * removed * motion.transpose() + motion_floor);
         let [running, largest] = &mut self.nis;
         *running += (nis - *running) * NIS_WEIGHT;
         *largest = (*largest * NIS_DECAY).max(*running);
+        self.motion_nis += (motion_nis.unwrap_or(0.0) - self.motion_nis) * NIS_WEIGHT;
     }
 
     /// Updates the mean square of what the residuals of a block of the picture have in common.
@@ -660,6 +666,24 @@ impl Filter {
         }
         Some(())
     }
+}
+
+/// Returns the mean motion of a picture by a change of position and rotation over level ground `height` (m) below: its
+/// shift, m on the ground, and its turn, rad. A point with the normalised coordinate `x` shifts by `p + h t (1 + x^2)`
+/// with the tilt `t`, so a displacement `p = -h t` leaves the perspective alone to tell it from the tilt.
+pub(super) fn picture_motion(height: f64, camera: &Camera) -> Matrix3x6<f64> {
+    // The mean of `x^2` between the borders.
+    let lever = (camera.last_pixel() / 2.0 / camera.focal()).map(|border| height * (1.0 + border * border / 3.0));
+    let mut motion = Matrix3x6::zeros();
+    (motion[(0, 0)], motion[(0, 4)]) = (1.0, lever.x);
+    (motion[(1, 1)], motion[(1, 3)]) = (1.0, -lever.y);
+    motion[(2, 5)] = 1.0;
+    motion
+}
+
+/// Returns the square of a change over its covariance, at least 0; `None` if that is singular.
+fn normalised<const N: usize>(change: &SVector<f64, N>, covariance: SMatrix<f64, N, N>) -> Option<f64> {
+    Some(change.dot(&(covariance.try_inverse()? * change)).max(0.0))
 }
 
 /// Adds the residual of a sighting to what is known of the relief, whose variance so far is `variance` (m^2); `g` is

@@ -5,7 +5,7 @@ use super::rotation::logarithm;
 use super::*;
 use hoverlock_reference::motion::budget::Budget;
 use hoverlock_reference::motion::orthophoto::Camera;
-use nalgebra::{DMatrix, DVector, Matrix2};
+use nalgebra::{DMatrix, DVector, Matrix2, Vector6};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -537,10 +537,84 @@ fn flown_with_a_bias_step(bias: Vector3<f64>, seconds: f64) -> Vec<[f64; 3]> {
         .collect()
 }
 
-/// Without the factor the error exceeds the protection level of 4.8 standard errors.
+/// The mean motion of a picture is that of points all over it, which the projection moves.
+#[test]
+fn a_change_of_the_pose_moves_the_picture() {
+    let filter = started();
+    let (camera, state) = (camera(), level_pair(&filter, Vector3::zeros()));
+    let last = camera.last_pixel();
+    let points: Vec<Vector2<f64>> = (0..24 * 18)
+        .map(|i| Vector2::new(f64::from(i % 24) + 0.5, f64::from(i / 24) + 0.5))
+        .map(|at| Vector2::new(at.x * last.x / 24.0, at.y * last.y / 18.0))
+        .collect();
+    let mut rng = ChaCha8Rng::seed_from_u64(12);
+    for _ in 0..20 {
+        let mut draw = |size: f64| Vector3::from_fn(|_, _| size * (2.0 * rng.random::<f64>() - 1.0));
+        let (moved, turned) = (draw(0.05), draw(0.001));
+        let mut other = level_pair(&filter, moved);
+        other.now.pose.rotation = exponential(&turned);
+        let image = |state: &PairState, at: &Vector2<f64>| state.project([&camera, &camera], at).unwrap().image;
+        // The mean shift, and the turn of the points about the middle.
+        let (mut shift, mut turn, mut squares) = (Vector2::zeros(), 0.0, 0.0);
+        for at in &points {
+            let moved = image(&other, at) - image(&state, at);
+            let from_middle = at - last / 2.0;
+            shift += moved / points.len() as f64;
+            turn += from_middle.perp(&moved);
+            squares += from_middle.norm_squared();
+        }
+        let change = Vector6::new(moved.x, moved.y, moved.z, turned.x, turned.y, turned.z);
+        let motion = sightings::picture_motion(50.0, &camera) * change;
+        // A picture moves against the camera.
+        let found = -Vector3::new(shift.x * 50.0 / camera.focal(), shift.y * 50.0 / camera.focal(), turn / squares);
+        assert!((motion - found).abs().max() < 1e-4 + 0.001 * motion.norm(), "{motion} {found}");
+    }
+}
+
+/// Returns the largest factor of the walk and the largest NIS in a hover. From frame 30 on rates are off by `bias`
+/// (rad/s), and the perspective of the pictures is off by that of a tilt of `tilt` (rad) to either side, which does not
+/// move them.
+fn walked(bias: f64, tilt: f64) -> (f64, f64) {
+    let mut rng = ChaCha8Rng::seed_from_u64(13);
+    let mut filter = started();
+    let mut largest = (0.0f64, 0.0f64);
+    for frame in 0..60 {
+        let share = if frame < 30 { 0.0 } else { 1.0 };
+        let steps = hovering(0.065).map(|step| Step { rates: Vector3::repeat(share * bias), ..step });
+        filter.predict(steps, &SENSORS);
+        filter.update_attitude(&Attitude::default(), &SENSORS);
+        let tilt = share * tilt * if frame / 5 % 2 == 0 { 1.0 } else { -1.0 };
+        let lever = -sightings::picture_motion(50.0, &camera())[(1, 3)];
+        let mut state = level_pair(&filter, Vector3::new(0.0, lever * tilt, 0.0));
+        state.now.pose.rotation = exponential(&Vector3::new(tilt, 0.0, 0.0));
+        let mut seen = seen(&PairState { errors: CameraErrors::default(), ..state }, &mut rng);
+        let cameras = [&camera(), &camera()];
+        filter.update_sightings(0, cameras, &mut seen, 50, sightings::MAX_TOUCHED_CELLS, &mut unlimited()).unwrap();
+        largest = (largest.0.max(filter.walk_factor()), largest.1.max(filter.nis[0]));
+    }
+    largest
+}
+
+/// A bias of the gyroscopes moves the picture; a wrong perspective does not, and is no reason to let biases walk.
+#[test]
+fn biases_walk_if_the_picture_moves_against_the_prediction() {
+    let (usual, _) = walked(0.0, 0.0);
+    let (after_a_step, _) = walked(1e-3, 0.0);
+    let (with_perspective, nis) = walked(0.0, 2e-3);
+    assert_eq!(usual, 1.0);
+    assert!(after_a_step > 100.0, "{after_a_step}");
+    assert!(nis > 1.2 * CONSISTENT_NIS, "{nis}");
+    assert_eq!(with_perspective, 1.0);
+}
+
+/// A smaller step is followed. Without the factor the error after a larger one exceeds the protection level of 4.8
+/// standard errors.
 #[test]
 fn a_step_of_the_bias_raises_the_protection_level() {
-    for metres in [0.4, 0.8, 1.5] {
+    let small = flown_with_a_bias_step(Vector3::new(0.4, -0.3, 0.2), 5.0);
+    let largest = small.iter().map(|[error, ..]| *error).fold(0.0, f64::max);
+    assert!(largest < 0.2, "{largest} m");
+    for metres in [0.8, 1.5, 3.0] {
         let rows = flown_with_a_bias_step(Vector3::new(metres, -0.75 * metres, 0.5 * metres), 5.0);
         let largest = |raised: bool| {
             let ratios = rows.iter().map(|[error, sigma, factor]| error / sigma / if raised { *factor } else { 1.0 });
