@@ -161,8 +161,8 @@ const CONSISTENT_NIS: f64 = 0.6;
 /// NIS above which errors grow: that of most flights is below. Up to [`CONSISTENT_NIS`] their variance grows with its
 /// cube, as a bias of the IMU that has stepped is learnt in part; beyond it in proportion.
 const USUAL_NIS: f64 = 0.3;
-/// NIS of the motion of the picture above which biases walk faster. Its mean over a second is 0.03 to 0.2 in flights
-/// without a fault, and what pictures have in common does not move it (decision 070).
+/// NIS of the motion of the picture above which biases walk faster. What is wrong with a perspective does not raise it;
+/// decision 070 has the errors with other limits.
 const CONSISTENT_MOTION_NIS: f64 = 0.3;
 /// Largest factor of the variance with which biases walk.
 const MAX_WALK_FACTOR: f64 = 9e4;

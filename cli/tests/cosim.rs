@@ -385,7 +385,6 @@ fn links_to_nothing_odd_samples_and_hidden_files_are_seen() {
     let sequence = folder.path().to_str().unwrap();
     put("._00.png", "of another system");
     put("telemetry.csv", &telemetry(&FLIGHT));
-    put("inertial.csv", &format!("{INERTIAL_COLUMNS}\n900,0,0,0,0,0,-9.8\n"));
     let said = |text: &str| {
         put("inertial.csv", &format!("{INERTIAL_COLUMNS}\n{text}\n"));
         String::from_utf8(hoverlock(&["cosim", sequence]).stderr).unwrap()

@@ -387,15 +387,17 @@ impl Filter {
         let height = -self.pose.position.z;
         let motion = picture_motion(height, camera);
         // A millimetre, and a tenth of a milliradian.
-        let floor = Matrix6::from_diagonal(&Vector6::new(1e-6, 1e-6, 1e-6, 1e-8, 1e-8, 1e-8));
+        let (place, turn) = (1e-6, 1e-8);
         let sight = (MOTION_FLOOR * height).powi(2);
-        let motion_floor = Matrix3::from_diagonal(&Vector3::new(sight, sight, 1e-8));
-        let Some(nis) = normalised(&relative, removed + floor) else { return };
+        let floor = Matrix6::from_diagonal(&Vector6::new(place, place, place, turn, turn, turn));
+        let motion_floor = Matrix3::from_diagonal(&Vector3::new(sight, sight, turn));
+        let nis = normalised(&relative, removed + floor);
         let motion_nis = normalised(&(motion * relative), motion * removed * motion.transpose() + motion_floor);
+        let Some((nis, motion_nis)) = nis.zip(motion_nis) else { return };
         let [running, largest] = &mut self.nis;
-        *running += (nis - *running) * NIS_WEIGHT;
+        *running += (nis.max(0.0) - *running) * NIS_WEIGHT;
         *largest = (*largest * NIS_DECAY).max(*running);
-        self.motion_nis += (motion_nis.unwrap_or(0.0) - self.motion_nis) * NIS_WEIGHT;
+        self.motion_nis += (motion_nis.max(0.0) - self.motion_nis) * NIS_WEIGHT;
     }
 
     /// Updates the mean square of what the residuals of a block of the picture have in common.
@@ -432,7 +434,7 @@ impl Filter {
             // A centimetre, and a tenth of a milliradian: the errors of pictures that no prediction knows.
             covariance[(i, i)] += if i < 3 { 1e-4 } else { 1e-8 };
         }
-        Some(relative.dot(&(covariance.try_inverse()? * relative)))
+        normalised(&relative, covariance)
     }
 
     /// Fills information matrix and vector at a state that differs from the prediction by `change`, from one of
@@ -681,9 +683,9 @@ pub(super) fn picture_motion(height: f64, camera: &Camera) -> Matrix3x6<f64> {
     motion
 }
 
-/// Returns the square of a change over its covariance, at least 0; `None` if that is singular.
+/// Returns the square of a change over its covariance; `None` if that is singular.
 fn normalised<const N: usize>(change: &SVector<f64, N>, covariance: SMatrix<f64, N, N>) -> Option<f64> {
-    Some(change.dot(&(covariance.try_inverse()? * change)).max(0.0))
+    Some(change.dot(&(covariance.try_inverse()? * change)))
 }
 
 /// Adds the residual of a sighting to what is known of the relief, whose variance so far is `variance` (m^2); `g` is

@@ -161,10 +161,12 @@ pub fn read(folder: &Path, limits: &Limits, monitor: &dyn Monitor) -> Result<Seq
     let file = folder.join(CALIBRATION);
     let calibration = is_there(&file).then(|| calibration::read(&file)).transpose()?;
     let table = folder.join(HOMOGRAPHIES);
-    let pseudo_truths =
-        if is_there(&table) { pseudo_truth::read(&table, first, &telemetry)? } else { vec![None; frames.len()] };
-    if is_there(&table) && !pseudo_truths.iter().skip(1).any(Option::is_some) {
-        monitor.remark(&format!("{}: no homography gives the position of a frame after frame 0", table.display()));
+    let mut pseudo_truths = vec![None; frames.len()];
+    if is_there(&table) {
+        pseudo_truths = pseudo_truth::read(&table, first, &telemetry)?;
+        if pseudo_truths[1..].iter().all(Option::is_none) {
+            monitor.remark(&format!("{}: no homography gives the position of a frame after frame 0", table.display()));
+        }
     }
     Ok(Sequence { frames, telemetry, inertial, calibration, is_telemetry_assumed, pseudo_truths })
 }
