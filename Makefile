@@ -90,7 +90,7 @@ results:
 # 10 000 frames in random sequences against the model, half an hour on two cores; every width with every height, two minutes; 20
 # designs drawn at random, emitted and simulated, five minutes; the command installed from a copy of the sources, ten minutes; a
 # bench beside real cocotb, two minutes; cocotb packages in a fresh venv, three minutes; 62 grounds that no match may be found on, two.
-# Faults in the Verilog of the other designs, four minutes; 200 mutations of each claim drawn by chance, 40 minutes; proofs by the
+# Faults in the Verilog of the other designs, under eight minutes; 200 mutations of each claim drawn by chance, 40 minutes; proofs by the
 # second solver, a minute. Two modules placed and routed, a minute.
 test-long: setup
 	cargo test --locked --package hoverlock-simulation --test sequences -- --ignored --nocapture
