@@ -34,7 +34,7 @@ use crate::Verdict;
 use crate::choice::between;
 use crate::design::Chosen;
 use crate::output::{prepare_target, print, print_json, verdict, write_file};
-use crate::picture::{Limit, open};
+use crate::picture::{Limit, open, open_of_sensor};
 use crate::progress::spinning;
 
 /// Largest number of features of a picture, spread over it. This is twice the thousand used in flight: between two
@@ -220,6 +220,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     };
     let design = args.chosen.design()?;
     let frame = (source != Source::Float).then_some((design.width as usize, design.height as usize));
+    let open = if telemetry.is_some() { open_of_sensor } else { open };
     let open = |path: &Path| open(path, &args.limit, source.min_side(), frame);
     let (reference, current) = (open(&args.reference)?, open(&args.current)?);
     let [from, to] = source.extract(&design, [&reference, &current], args.level)?;

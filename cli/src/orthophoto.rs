@@ -1,6 +1,5 @@
 //! `hoverlock orthophoto`: a picture as seen straight from above.
 
-use std::f64::consts::FRAC_PI_2;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
@@ -10,14 +9,14 @@ use hoverlock_cosim::sequence::{png, telemetry};
 use hoverlock_reference::image::plane::Plane;
 use hoverlock_reference::motion::model::transfer;
 use hoverlock_reference::motion::orthophoto::raster::Raster;
-use hoverlock_reference::motion::orthophoto::{Camera, View, height_error};
+use hoverlock_reference::motion::orthophoto::{Camera, View};
 use nalgebra::Vector2;
 use serde::Serialize;
 
 use crate::Verdict;
 use crate::choice::between;
 use crate::output::{prepare_target, print, print_json, shown, write_file};
-use crate::picture::{Limit, open};
+use crate::picture::{Limit, open_of_sensor};
 
 /// Columns and rows of the places at which the error is evaluated.
 const GRID: usize = 32;
@@ -25,7 +24,7 @@ const GRID: usize = 32;
 /// Warp a picture to the level plane through the point that the laser hits.
 ///
 /// The orthophoto has the size of the picture, and on the optical axis its scale. Pixels that the camera does not see
-/// are 0. Ground that is off the plane is displaced; the error is that of formula (1) for ground lower by --relief.
+/// are 0. Ground that is off the plane is displaced; the error is that of ground lower by --relief, along each ray.
 ///
 /// Examples:
 ///   hoverlock orthophoto frame.png --telemetry row.csv
@@ -70,7 +69,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let _folder = prepare_target("--out", &args.out, &["png"], &[Path::new(&args.picture), &args.telemetry])?;
     let rows = telemetry::read(&args.telemetry, 1)?;
     let Telemetry { attitude, range, field_of_view, .. } = rows[0];
-    let picture = open(&args.picture, &args.limit, 1, None)?.luma;
+    let picture = open_of_sensor(&args.picture, &args.limit, 1, None)?.luma;
     let camera = Camera::with_field_of_view(picture.width(), picture.height(), field_of_view)?;
     let view = View::new(camera, attitude, range)?;
     let raster = Raster::of(&view, picture.width(), picture.height());
@@ -108,24 +107,36 @@ fn errors(view: &View, picture: &Plane<u16>, dh: f64) -> Vec<f64> {
         let part = |k: usize| (k as f64 + 0.5) / GRID as f64;
         Vector2::new(width * part(i % GRID), height * part(i / GRID))
     });
-    let attitude = view.attitude();
-    let to_level = attitude.rotation();
+    let to_level = view.attitude().rotation();
     places
         .filter_map(|place| transfer(&view.camera().inverse(), place))
+        .map(|ray| to_level * ray.push(1.0))
         // The ground is below the horizon.
-        .filter(|ray| (to_level * ray.push(1.0)).z > 0.0)
-        .map(|ray| [(attitude.roll, ray.x.atan()), (attitude.pitch, ray.y.atan())])
-        // The formula treats each axis as if the other were level, and ends at a right angle to the vertical.
-        .filter(|axes| axes.iter().all(|(tilt, phi)| (tilt + phi).abs() < FRAC_PI_2))
-        .map(|[x, y]| height_error(dh, x.0, x.1).hypot(height_error(dh, y.0, y.1)))
+        .filter(|ray| ray.z > 0.0)
+        .map(|ray| dh * ray.xy().norm() / ray.z)
         .collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use hoverlock_reference::motion::orthophoto::Attitude;
+    use std::f64::consts::FRAC_PI_2;
+
+    use hoverlock_reference::motion::orthophoto::{Attitude, height_error};
 
     use super::*;
+
+    /// Formula (1), which is about one axis, is the displacement along that axis.
+    #[test]
+    fn in_the_plane_of_the_roll_the_error_is_that_of_the_formula() {
+        let camera = Camera::with_field_of_view(1024, 1, 1.0).unwrap();
+        let view = View::new(camera, Attitude { roll: 0.4, pitch: 0.0, yaw: 0.0 }, 50.0).unwrap();
+        let found = errors(&view, &Plane::filled(1024, 1, 0), 10.0);
+        let ends = [0.5, GRID as f64 - 0.5].map(|at| (2.0 * at / GRID as f64 - 1.0) * 0.5f64.tan());
+        let [left, right] = ends.map(|x: f64| height_error(10.0, 0.4, x.atan()).abs());
+        // The centres of pixels are half a pixel off the grid.
+        let is_near = |found: f64, formula: f64| (found - formula).abs() < 0.02;
+        assert!(is_near(found[0], left) && is_near(found[GRID - 1], right), "{found:?} {left} {right}");
+    }
 
     #[test]
     fn places_above_the_horizon_have_no_error() {

@@ -37,7 +37,16 @@ impl Limit {
 /// Decodes a picture of at least `min_side` x `min_side` pixels that are not all equal. Says on stderr if it is turned
 /// or mirrored, and if only its centre of `frame` columns and rows will be used.
 pub fn open(path: &Path, limit: &Limit, min_side: usize, frame: Option<(usize, usize)>) -> Result<Picture> {
-    let file = PictureFile::open(path, &limit.limits())?.require(min_side, min_side)?;
+    decode(PictureFile::open(path, &limit.limits())?, min_side, frame)
+}
+
+/// Does the same as [`open`] for a picture with telemetry, whose pixels stay as stored.
+pub fn open_of_sensor(path: &Path, limit: &Limit, min_side: usize, frame: Option<(usize, usize)>) -> Result<Picture> {
+    decode(PictureFile::open(path, &limit.limits())?.as_stored(), min_side, frame)
+}
+
+fn decode(file: PictureFile, min_side: usize, frame: Option<(usize, usize)>) -> Result<Picture> {
+    let file = file.require(min_side, min_side)?;
     remarks(&file, frame).iter().for_each(|remark| say(remark));
     Ok(file.decode()?.require(min_side, min_side)?)
 }

@@ -349,9 +349,20 @@ fn png_error(error: png::DecodingError) -> DecodeError {
 }
 
 fn tiff_error(error: tiff::TiffError) -> DecodeError {
+    use tiff::TiffUnsupportedError::{InterpretationWithBits, UnsupportedInterpretation};
+    use tiff::tags::PhotometricInterpretation::{CIELab, RGBPalette, YCbCr};
     match error {
         tiff::TiffError::IoError(error) => error.into(),
         tiff::TiffError::LimitsExceeded => DecodeError::damaged("a strip or a tag is larger than the picture can be"),
+        tiff::TiffError::UnsupportedError(InterpretationWithBits(what, _) | UnsupportedInterpretation(what)) => {
+            let samples = match what {
+                RGBPalette => "palette colours",
+                CIELab => "CIE L*a*b* samples",
+                YCbCr => "YCbCr samples",
+                _ => "samples that are neither grey nor RGB, or have too few bits",
+            };
+            DecodeError::unsupported(format!("a TIFF of {samples}"), SUPPORTED_SAMPLES)
+        }
         tiff::TiffError::UnsupportedError(what) => DecodeError::unsupported(
             format!("a TIFF that is not supported ({})", one_line(&what.to_string())),
             SUPPORTED_FORMATS,

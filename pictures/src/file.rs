@@ -12,6 +12,7 @@ use crate::{Limits, Picture, PictureError, check_size, source};
 pub struct PictureFile {
     path: PathBuf,
     reader: ImageReader,
+    as_stored: bool,
 }
 
 impl PictureFile {
@@ -28,7 +29,7 @@ impl PictureFile {
             let limit_megapixels = limits.max_pixels / 1_000_000;
             return Err(PictureError::TooManyPixels { path, width, height, limit_megapixels });
         }
-        Ok(Self { path, reader })
+        Ok(Self { path, reader, as_stored: false })
     }
 
     /// Returns the path of the file, as given.
@@ -36,15 +37,31 @@ impl PictureFile {
         &self.path
     }
 
-    /// Returns columns and rows of the upright picture.
-    pub fn size(&self) -> (usize, usize) {
-        let (width, height) = self.reader.stored_size();
-        if exchanges_sides(self.reader.orientation()) { (height, width) } else { (width, height) }
+    /// Returns the file as one whose pixels stay as they are stored, whatever its orientation tag asks: field of view
+    /// and attitude of a camera are about the columns and rows of its sensor.
+    pub fn as_stored(self) -> Self {
+        Self { as_stored: true, ..self }
     }
 
-    /// Describes how the orientation tag asks to turn or mirror the picture. `None` if it is stored upright.
+    /// Returns `true` if there is an orientation tag that is not followed.
+    pub(crate) fn ignores_orientation(&self) -> bool {
+        self.as_stored && self.reader.orientation() != Orientation::NoTransforms
+    }
+
+    /// Returns the orientation that is followed.
+    fn followed(&self) -> Orientation {
+        if self.as_stored { Orientation::NoTransforms } else { self.reader.orientation() }
+    }
+
+    /// Returns columns and rows of the picture that is decoded.
+    pub fn size(&self) -> (usize, usize) {
+        let (width, height) = self.reader.stored_size();
+        if exchanges_sides(self.followed()) { (height, width) } else { (width, height) }
+    }
+
+    /// Describes how the picture is turned or mirrored when it is decoded. `None` if its pixels stay as stored.
     pub fn orientation(&self) -> Option<&'static str> {
-        match self.reader.orientation() {
+        match self.followed() {
             Orientation::NoTransforms => None,
             Orientation::Rotate90 => Some("turned by 90 degrees clockwise"),
             Orientation::Rotate180 => Some("turned by 180 degrees"),
@@ -65,14 +82,14 @@ impl PictureFile {
         Ok(self)
     }
 
-    /// Decodes the pixels and turns them upright.
+    /// Decodes the pixels, and turns them upright unless they stay as stored.
     ///
     /// # Errors
     /// The file is truncated or damaged, or its samples have no full scale.
     pub fn decode(self) -> Result<Picture, PictureError> {
-        let Self { path, reader } = self;
+        let orientation = self.followed();
+        let Self { path, reader, .. } = self;
         let (width, height) = reader.stored_size();
-        let orientation = reader.orientation();
         let damaged = |reason: &str| PictureError::Damaged { path: path.clone(), reason: reason.to_owned() };
         let decoded = reader.decode().map_err(|error| error.with_path(&path))?;
         let luma = Plane::from_vec(width, height, decoded.luma)

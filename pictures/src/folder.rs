@@ -74,13 +74,17 @@ pub fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, FolderError> {
     Ok(found)
 }
 
-/// Returns what a user should know about a picture before it is decoded: that it is turned or mirrored, and that only
-/// its centre of `frame` columns and rows is used.
+/// Returns what a user should know about a picture before it is decoded: that it is turned or mirrored, or that its tag
+/// asks for that in vain, and that only its centre of `frame` columns and rows is used.
 pub fn remarks(file: &PictureFile, frame: Option<(usize, usize)>) -> Vec<String> {
     let name = file.path().display();
     let mut remarks = Vec::new();
     if let Some(orientation) = file.orientation() {
         remarks.push(format!("{name}: {orientation}, as its orientation tag asks"));
+    }
+    if file.ignores_orientation() {
+        remarks
+            .push(format!("{name}: taken as stored, not as its orientation tag asks: telemetry is about the sensor"));
     }
     if let Some(frame) = frame {
         let (size, (x, y, width, height)) = (file.size(), centred_crop(file.size(), frame));

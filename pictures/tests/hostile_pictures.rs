@@ -7,6 +7,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use hoverlock_pictures::folder::remarks;
 use hoverlock_pictures::{Limits, Picture, PictureError, PictureFile, data_dir, demo_dir};
 use image::{DynamicImage, ImageBuffer, ImageFormat, Luma, Rgb, Rgba};
 use tempfile::TempDir;
@@ -212,7 +213,11 @@ fn an_orientation_is_honoured_in_jpeg_png_and_tiff() {
     turned.extend(&plain[2..]);
     let file = PictureFile::open(folder.put("a.jpg", &turned), &Limits::default()).unwrap();
     assert_eq!((file.size(), file.orientation()), ((48, 64), Some("turned by 90 degrees clockwise")));
+    let sensor = PictureFile::open(folder.put("a.jpg", &turned), &Limits::default()).unwrap().as_stored();
+    assert_eq!((sensor.size(), sensor.orientation()), ((64, 48), None));
+    assert!(remarks(&sensor, None)[0].contains("taken as stored, not as its orientation tag asks"));
     let (stored, turned) = (Picture::open(folder.put("b.jpg", &plain)).unwrap(), file.decode().unwrap());
+    assert_eq!(sensor.decode().unwrap().luma.as_slice(), stored.luma.as_slice());
     assert_eq!((turned.luma.width(), turned.luma.height()), (48, 64));
     // The lower left corner becomes the upper left one.
     assert_eq!(turned.luma[(0, 0)], stored.luma[(0, 47)]);

@@ -27,12 +27,12 @@ pub struct FrameFile {
 }
 
 impl FrameFile {
-    /// Checks a file and the pixels in it. Returns remarks with it if the picture is turned or cropped.
+    /// Checks a file and the pixels in it. Returns remarks with it if its orientation tag is ignored or it is cropped.
     ///
     /// # Errors
     /// The file cannot be read, is damaged or beyond the limits, or the picture has fewer than 64 rows or columns.
     pub(super) fn check(path: PathBuf, limits: &Limits) -> Result<(Self, Vec<String>), SequenceError> {
-        let file = PictureFile::open(&path, limits)?.require(MIN_SIDE, MIN_SIDE)?;
+        let file = PictureFile::open(&path, limits)?.as_stored().require(MIN_SIDE, MIN_SIDE)?;
         let (whole, remarks) = (file.size(), folder::remarks(&file, Some(largest())));
         file.decode()?;
         Ok((Self { path, whole, limits: limits.clone() }, remarks))
@@ -74,7 +74,7 @@ impl FrameFile {
     /// # Errors
     /// The file was changed after it was checked: it cannot be read, is damaged, or has another size.
     pub fn decode(&self) -> Result<Plane<u16>, SequenceError> {
-        let picture = PictureFile::open(&self.path, &self.limits)?.decode()?;
+        let picture = PictureFile::open(&self.path, &self.limits)?.as_stored().decode()?;
         check_size(&self.path, (picture.luma.width(), picture.luma.height()), self.whole)?;
         let (width, height) = largest();
         Ok(picture.crop(width, height).luma)
