@@ -3,8 +3,8 @@
 //!
 //! Fields of 16 bits from the lowest bit: `g, g_0 ..` of the narrowest smoother, the same of the wider ones, the manual
 //! thresholds, the target count, the mode (bit 0: automatic), and the record limit. The next frame may enter the
-//! pipeline while this one is still in it. So there are three banks, and each is loaded when a frame enters its part of
-//! the pipeline.
+//! pipeline while this one is still in it. So there are two banks: one captures the set as a frame begins, the other is
+//! loaded just before the frame reaches its first column stage and serves all stages and the window.
 //!
 //! A bank keeps its values until the next commit, so a flipped bit in it would change every frame from then on. In a
 //! protected design a parity bit is loaded with the values and compared in each clock.
