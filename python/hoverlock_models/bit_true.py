@@ -40,20 +40,30 @@ signs of the third pair."""
 _RECORDS = {8: FEATURE, 10: FEATURE_OF_THREE_PAIRS}
 
 
-class Planes(TypedDict):
-    """All planes of a frame by name. Each has the shape of the frame; ``k`` is 0 or 1, the scale.
+class _PlanesOfOnePair(TypedDict):
+    smoothed0: NDArray[np.uint32]
+    smoothed1: NDArray[np.uint32]
+    signed_dog0: NDArray[np.int32]
+    dog0: NDArray[np.uint16]
+    positive0: NDArray[np.bool_]
+    max_dog0: NDArray[np.uint16]
+
+
+class Planes(_PlanesOfOnePair, total=False):
+    """All planes of a frame by name. Each has the shape of the frame; ``k`` is the scale pair, from 0 to one less than the
+    ``scale_pairs`` of the design, and there is one smoothed plane more.
 
     Attributes
     ----------
-    smoothed0, smoothed1, smoothed2 : ndarray of uint32
-        The frame smoothed with the three sigmas, in LSB of the state.
-    signed_dog0, signed_dog1 : ndarray of int32
+    smoothed0, smoothed1, smoothed2, smoothed3 : ndarray of uint32
+        The frame smoothed with each sigma, in LSB of the state.
+    signed_dog0, signed_dog1, signed_dog2 : ndarray of int32
         ``smoothed[k] - smoothed[k + 1]``, in LSB of the state.
-    dog0, dog1 : ndarray of uint16
+    dog0, dog1, dog2 : ndarray of uint16
         The magnitude of ``signed_dog``, rounded and saturated, in LSB of the DoG.
-    positive0, positive1 : ndarray of bool
+    positive0, positive1, positive2 : ndarray of bool
         Whether ``signed_dog`` is 0 or more.
-    max_dog0, max_dog1 : ndarray of uint16
+    max_dog0, max_dog1, max_dog2 : ndarray of uint16
         MaxDOG, from which the descriptor is computed, in LSB of the DoG.
 
     >>> planes = models.planes(frame)
@@ -61,17 +71,16 @@ class Planes(TypedDict):
     dtype('uint16')
     """
 
-    smoothed0: NDArray[np.uint32]
-    smoothed1: NDArray[np.uint32]
     smoothed2: NDArray[np.uint32]
-    signed_dog0: NDArray[np.int32]
+    smoothed3: NDArray[np.uint32]
     signed_dog1: NDArray[np.int32]
-    dog0: NDArray[np.uint16]
+    signed_dog2: NDArray[np.int32]
     dog1: NDArray[np.uint16]
-    positive0: NDArray[np.bool_]
+    dog2: NDArray[np.uint16]
     positive1: NDArray[np.bool_]
-    max_dog0: NDArray[np.uint16]
+    positive2: NDArray[np.bool_]
     max_dog1: NDArray[np.uint16]
+    max_dog2: NDArray[np.uint16]
 
 
 @lru_cache(maxsize=8)
