@@ -1,15 +1,15 @@
 //! Resources of a design point: `M10K = sum over memories ceil(width / w(words))`,
 //! `lerps = sum over smoothers (2 + 3 m)`: the recursion, `3 m` stages, and the first stage at a second row.
 //!
-//! This is a memory model that equals the Yosys estimate at the design point. RTL exists only for the design point, so
-//! the resources of other word lengths are derived from the sizes of its memories. A memory of `1024` words is
+//! This memory model equals the Yosys estimate of the shipped designs. Emission and synthesis of a design take minutes,
+//! so a search among designs and a report use the model. A memory of `1024` words is
 //! `ceil(width / 10)` blocks, of `512` words `ceil(width / 20)`; [`blocks`] has the rule. A memory of up to 32 words is
 //! in logic (MLAB), unless it fills a twentieth of a block; then Yosys uses a block. One lerp is one multiplier,
 //! `|q - p|` times a coefficient, unsigned: 18x18 where both have at most 18 bits, two of which share a DSP block, else
 //! 27x27, which takes a block and counts as two (tried in Yosys: 19 and 20 by 16; 18 by 28, which takes two of 18x18).
 //!
 //! The model is in this crate because it depends on the word lengths only, and the report must not depend on the RTL
-//! crate. A test of the RTL crate compares it with Yosys, memory by memory.
+//! crate. A test of the synthesis crate compares it with Yosys, memory by memory.
 
 use serde::Serialize;
 
@@ -121,18 +121,17 @@ pub fn memories(design: &DesignPoint) -> Vec<Memory> {
     found
 }
 
-/// Estimates the adaptive logic modules of a design: `L (2.73 s + c/4 + 68.1) + 74 k N + 354` for `L` lerps, `k` scale
-/// pairs and words of `s` (state), `c` (coefficient) and `N` bits (DoG).
+/// Estimates the adaptive logic modules of a design: `L (2.73 s + c/4 + 68.1) + k (74 N + 577)` for `L` lerps, `k`
+/// scale pairs and words of `s` (state), `c` (coefficient) and `N` bits (DoG).
 ///
-/// A line through the Yosys estimates of `kt27` and `small`, module by module: a lerp with its coefficient and borders,
-/// the modules of responses, and the rest. It is 2 % too high for `hd1080` and 3 % too low for
-/// `three_scales`, which it was not fitted to. It orders
-/// designs of equal memory; a number to rely on is that of `hoverlock rtl estimate`.
+/// A line through the Yosys estimates of the shipped designs, which it meets within 2 %: a lerp with its coefficient
+/// and borders, and what there is for each scale pair. It orders designs of equal memory; a number to rely on is that
+/// of `hoverlock rtl estimate`.
 pub fn alm(design: &DesignPoint) -> u64 {
     let bits = |word: u32| f64::from(word);
     let lerps: f64 = design.look_ahead.iter().map(|m| 2.0 + 3.0 * bits(*m)).sum();
     let lerp = 2.73 * bits(design.state.bits()) + bits(design.coefficient.bits()) / 4.0 + 68.1;
-    (lerps * lerp + 74.0 * bits(design.scale_pairs * design.dog_bits) + 354.0).round() as u64
+    (lerps * lerp + bits(design.scale_pairs) * (74.0 * bits(design.dog_bits) + 577.0)).round() as u64
 }
 
 /// Estimates block memories, ALMs, multipliers and DSP blocks of a design from its word lengths, without Yosys.
@@ -187,9 +186,9 @@ mod tests {
 
     #[test]
     fn alms_are_about_those_that_yosys_counts() {
-        for (name, counted) in [("kt27", 9119.0), ("hd1080", 7812.0), ("small", 5735.0)] {
+        for (name, counted) in [("kt27", 9984.0), ("hd1080", 8583.0), ("small", 6463.0), ("three_scales", 13204.0)] {
             let alm = alm(&DesignPoint::shipped(name).unwrap()) as f64;
-            assert!((alm / counted - 1.0).abs() < 0.025, "{name}: {alm}");
+            assert!((alm / counted - 1.0).abs() < 0.02, "{name}: {alm}");
         }
     }
 
