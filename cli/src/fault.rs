@@ -122,7 +122,14 @@ struct Own {
 #[derive(clap::Args)]
 struct Other {
     /// Verilog files of your own, in place of Hoverlock's
-    #[arg(long, value_name = "FILE", num_args = 1.., requires = "top", value_hint = ValueHint::FilePath)]
+    #[arg(
+        long,
+        value_name = "FILE",
+        num_args = 1..,
+        requires = "top",
+        conflicts_with_all = ["design", "config", "max_megapixels"],
+        value_hint = ValueHint::FilePath
+    )]
     source: Vec<PathBuf>,
     /// The top module of --source
     #[arg(long, value_name = "NAME", requires = "source")]

@@ -143,6 +143,7 @@ fn what_makes_no_campaign_is_refused() {
     let core = |more: &[&str]| fault(&[&["--source", &source, "--top", "tiny"][..], more].concat());
     assert_refused(&fault(&[]), "IMAGE");
     assert_refused(&fault(&["a.png", "--source", &source, "--top", "tiny"]), "cannot be used with");
+    assert_refused(&core(&["--design", "small"]), "cannot be used with");
     assert_refused(&fault(&["--source", &source]), "--top");
     assert_refused(&fault(&["--source", "none.v", "--top", "tiny"]), "none.v");
     assert_refused(&fault(&["--source", &source, "--top", "tinny"]), "no module 'tinny'");

@@ -463,7 +463,7 @@ fn stimulus(inputs: &Layout, options: &Options) -> Result<(Vec<u32>, u64), CoreE
             cycles
         }
         Stimulus::Table(text) => {
-            let rows = table(inputs, text)?;
+            let rows = table(inputs, text, &options.constants)?;
             let count = (rows.len() / inputs.words.max(1)) as u64;
             let cycles = check(options.cycles.unwrap_or(count))?;
             driven = rows;
@@ -483,8 +483,8 @@ fn stimulus(inputs: &Layout, options: &Options) -> Result<(Vec<u32>, u64), CoreE
     Ok((driven, cycles))
 }
 
-/// Reads the table: the words of the inputs, line after line.
-fn table(inputs: &Layout, text: &str) -> Result<Vec<u32>, CoreError> {
+/// Reads the table: the words of the inputs, line after line. It has no column of an input that is constant.
+fn table(inputs: &Layout, text: &str, constants: &[(String, String)]) -> Result<Vec<u32>, CoreError> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
     let broken = |error: csv::Error| CoreError::Table {
         line: error.position().map_or(1, |at| at.line() as usize),
@@ -495,6 +495,10 @@ fn table(inputs: &Layout, text: &str) -> Result<Vec<u32>, CoreError> {
         let port = inputs.find("input", name)?;
         if columns.iter().any(|other: &&Port| other.name == port.name) {
             return Err(CoreError::Table { line: 1, reason: format!("'{name}' has two columns") });
+        }
+        if let Some((_, value)) = constants.iter().find(|(constant, _)| *constant == port.name) {
+            let reason = format!("'{name}' has a column and is set to {value}; leave one of them out");
+            return Err(CoreError::Table { line: 1, reason });
         }
         columns.push(port);
     }
@@ -568,8 +572,11 @@ mod tests {
 
     #[test]
     fn a_table_keeps_values_and_names_its_mistakes() {
-        assert_eq!(table(&inputs(), "b,a\n0x100000002,3\n,4\n5,\n").unwrap(), [3, 2, 1, 4, 2, 1, 4, 5, 0]);
-        let message = |text: &str| table(&inputs(), text).unwrap_err().to_string();
+        assert_eq!(table(&inputs(), "b,a\n0x100000002,3\n,4\n5,\n", &[]).unwrap(), [3, 2, 1, 4, 2, 1, 4, 5, 0]);
+        let constants = [("a".to_owned(), "9".to_owned())];
+        let message = table(&inputs(), "b,a\n1,2\n", &constants).unwrap_err().to_string();
+        assert_eq!(message, "line 1: 'a' has a column and is set to 9; leave one of them out");
+        let message = |text: &str| table(&inputs(), text, &[]).unwrap_err().to_string();
         assert_eq!(message("a\n16\n"), "line 2: '16' is no value of input 'a' of 4 bits");
         assert_eq!(message("a,c\n1,2\n"), "the top has no input 'c'; did you mean a?");
         assert_eq!(message("a,a\n1,2\n"), "line 1: 'a' has two columns");
