@@ -54,8 +54,7 @@ impl Chosen {
             .design
             .as_deref()
             .map_or_else(|| Ok(KT27.clone()), |name| DesignPoint::load(name).context("--design"))?;
-        let design =
-            self.config.iter().try_fold(design, |design, text| design.with_change(text).context("--config"))?;
+        let design = design.with_changes(&self.config).context("--config")?;
         short_look_aheads(&design).iter().chain(&other_smoother(&design)).for_each(|remark| say(remark));
         Ok(design)
     }

@@ -180,14 +180,13 @@ fn set(args: &Set) -> Result<()> {
     }
     let _folder = prepare_target("FILE", path, &["toml"], &[])?;
     let before = DesignPoint::load(path.as_os_str())?;
-    let after = args.changes.iter().try_fold(before.clone(), |design, change| {
-        design.with_override(change).with_context(|| path.display().to_string())
-    })?;
+    let changes = args.changes.iter().map(String::as_str);
+    let after = before.with_overrides(changes).with_context(|| path.display().to_string())?;
     let text = std::fs::read_to_string(path).with_context(|| format!("{}: cannot be read", path.display()))?;
     let differences = differences(&before, &after);
     let changed = differences.iter().fold(text, |text, difference| with_value(&text, difference.key, &after));
     if DesignPoint::from_file(&changed).ok().as_ref() != Some(&after) {
-        bail!("{}: a value that spans several lines cannot be changed; write each on its line", path.display());
+        bail!("{}: a key is in quotes, or a value spans several lines; write each as `key = value`", path.display());
     }
     write_file(path, changed.as_bytes())?;
     say_unbuildable(path, &after);
@@ -213,12 +212,15 @@ fn with_value(text: &str, key: &str, design: &DesignPoint) -> String {
     let written = design.to_toml();
     let is_of_key = |line: &str| line.split_once('=').is_some_and(|(name, _)| name.trim() == key);
     let Some(value) = written.lines().find(|line| is_of_key(line)) else { return text.to_owned() };
-    let replaced = |line: &str| match line.split_once('#') {
-        _ if !is_of_key(line) => format!("{line}\n"),
-        Some((_, comment)) => format!("{value} #{comment}\n"),
-        None => format!("{value}\n"),
+    let replaced = |line: &str| {
+        let end = if line.ends_with("\r\n") { "\r\n" } else { "\n" };
+        match line.trim_end().split_once('#') {
+            _ if !is_of_key(line) => line.to_owned(),
+            Some((_, comment)) => format!("{value} #{comment}{end}"),
+            None => format!("{value}{end}"),
+        }
     };
-    text.lines().map(replaced).collect()
+    text.split_inclusive('\n').map(replaced).collect()
 }
 
 fn differences(a: &DesignPoint, b: &DesignPoint) -> Vec<Difference> {
@@ -240,7 +242,10 @@ mod tests {
     #[test]
     fn a_value_is_changed_in_place() {
         let design = hoverlock_design::KT27.with_override("dog_bits=14").unwrap();
-        let text = "# first\nwidth = 1024\ndog_bits  = 15 # of the response\n";
-        assert_eq!(with_value(text, "dog_bits", &design), "# first\nwidth = 1024\ndog_bits = 14 # of the response\n");
+        let text = "# first\r\nwidth = 1024\ndog_bits  = 15 # of the response\r\n";
+        assert_eq!(
+            with_value(text, "dog_bits", &design),
+            "# first\r\nwidth = 1024\ndog_bits = 14 # of the response\r\n"
+        );
     }
 }

@@ -31,27 +31,29 @@ impl DesignPoint {
     /// # Errors
     /// As [`DesignPoint::with_toml`], and if the text is not of that form.
     pub fn with_override(&self, text: &str) -> Result<Self, DesignError> {
-        let (key, value) = text.split_once('=').ok_or_else(|| DesignError::Override(text.into()))?;
-        let (key, value) = (key.trim(), value.trim());
-        if key.is_empty() || value.is_empty() {
-            return Err(DesignError::Override(text.into()));
-        }
-        let value = format!("v = {value}")
-            .parse::<Table>()
-            .ok()
-            .and_then(|mut table| if table.len() == 1 { table.remove("v") } else { None })
-            .unwrap_or_else(|| Value::String(value.into()));
-        self.changed(&Table::from_iter([(key.to_owned(), value)]))
+        self.with_overrides([text])
     }
 
-    /// Returns the changes that make this design of `base`, as [`DesignPoint::with_override`] takes them one after the
-    /// other.
+    /// Returns this design with values changed together, so that lists follow the number of scale pairs. Of a key that
+    /// is changed twice the later value counts.
+    ///
+    /// # Errors
+    /// As [`DesignPoint::with_override`].
+    pub fn with_overrides<'a>(&self, texts: impl IntoIterator<Item = &'a str>) -> Result<Self, DesignError> {
+        self.changed(&texts.into_iter().map(entry).collect::<Result<_, _>>()?)
+    }
+
+    /// Returns the changes that make this design of `base`, as [`DesignPoint::with_overrides`] takes them.
     pub fn changes_of(&self, base: &Self) -> Vec<String> {
         let differs = |key: &&Key| key.value(self) != key.value(base);
         KEYS.iter().filter(differs).map(|key| format!("{}={}", key.name, key.value(self))).collect()
     }
 
-    fn changed(&self, table: &Table) -> Result<Self, DesignError> {
+    /// Returns this design with the values of a table, which are checked together.
+    ///
+    /// # Errors
+    /// A key is unknown, or a value is out of range or does not fit the others.
+    pub(crate) fn changed(&self, table: &Table) -> Result<Self, DesignError> {
         if let Some(key) = table.keys().find(|key| Key::named(key).is_none()) {
             return Err(DesignError::UnknownKey { key: key.clone() });
         }
@@ -102,7 +104,22 @@ impl DesignPoint {
     }
 }
 
-fn parse(text: &str) -> Result<Table, DesignError> {
+/// Returns key and value of `KEY=VALUE`.
+pub(crate) fn entry(text: &str) -> Result<(String, Value), DesignError> {
+    let (key, value) = text.split_once('=').ok_or_else(|| DesignError::Override(text.into()))?;
+    let (key, value) = (key.trim(), value.trim());
+    if key.is_empty() || value.is_empty() {
+        return Err(DesignError::Override(text.into()));
+    }
+    let value = format!("v = {value}")
+        .parse::<Table>()
+        .ok()
+        .and_then(|mut table| if table.len() == 1 { table.remove("v") } else { None })
+        .unwrap_or_else(|| Value::String(value.into()));
+    Ok((key.to_owned(), value))
+}
+
+pub(crate) fn parse(text: &str) -> Result<Table, DesignError> {
     text.parse().map_err(|error: toml::de::Error| {
         let line = error.span().map_or(1, |span| text[..span.start].lines().count().max(1));
         DesignError::Syntax(format!("line {line}: {}", error.message().lines().collect::<Vec<_>>().join(", ")))
@@ -141,11 +158,11 @@ mod tests {
     #[test]
     fn every_impossible_value_is_one_line_with_key_value_and_range() {
         for (text, key, value, range) in [
-            ("sigmas = [nan, 3.2, 5.12]", "sigmas", "nan", "from 0.3 to 64"),
-            ("sigmas = [2.0, inf, 5.12]", "sigmas", "inf", "from 0.3 to 64"),
-            ("sigmas = [-2.0, 3.2, 5.12]", "sigmas", "-2.0", "from 0.3 to 64"),
-            ("sigmas = [0, 3.2, 5.12]", "sigmas", "[0, 3.2, 5.12]", "from 0.3 to 64"),
-            ("sigmas = [2.0, 3.2, 1e9]", "sigmas", "1000000000.0", "from 0.3 to 64"),
+            ("sigmas = [nan, 3.2, 5.12]", "sigmas", "nan", "from 0.5 to 64"),
+            ("sigmas = [2.0, inf, 5.12]", "sigmas", "inf", "from 0.5 to 64"),
+            ("sigmas = [-2.0, 3.2, 5.12]", "sigmas", "-2.0", "from 0.5 to 64"),
+            ("sigmas = [0, 3.2, 5.12]", "sigmas", "[0, 3.2, 5.12]", "from 0.5 to 64"),
+            ("sigmas = [2.0, 3.2, 1e9]", "sigmas", "1000000000.0", "from 0.5 to 64"),
             ("sigmas = [3.2, 2.0, 5.12]", "sigmas", "[3.2, 2.0, 5.12]", "rise"),
             ("sigmas = [2.0, 3.2]", "sigmas", "[2.0, 3.2]", "scale_pairs = 2 needs a list of 3, one for each smoother"),
             ("sigmas = 2.0", "sigmas", "2.0", "a list"),

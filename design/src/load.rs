@@ -4,6 +4,9 @@ use std::ffi::OsStr;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use toml::Table;
+
+use crate::file::{entry, parse};
 use crate::{DesignError, DesignPoint, KT27, SHIPPED};
 
 /// The reason why a design could not be loaded.
@@ -71,26 +74,37 @@ impl DesignPoint {
         Self::from_file(&text).map_err(|source| LoadError::File { path: path.into(), source })
     }
 
-    /// Returns this design with a change: `KEY=VALUE`, or a configuration file with some of the keys.
+    /// Returns this design with changes, which are made together: `KEY=VALUE`, or a configuration file with some of the
+    /// keys. Of a key that is changed twice the later value counts.
     ///
     /// # Errors
-    /// The file cannot be read, or the changed design is not valid.
-    pub fn with_change(&self, change: &OsStr) -> Result<Self, LoadError> {
-        let path = Path::new(change);
-        match change.to_str() {
-            Some(change) if change.contains('=') && !path.exists() => Ok(self.with_override(change)?),
-            _ if !path.exists() => Err(LoadError::NeitherChangeNorFile(path.into())),
-            _ => {
-                let text = read(path, "configuration")?;
-                self.with_toml(&text).map_err(|source| LoadError::File { path: path.into(), source })
+    /// A file cannot be read, or the changed design is not valid.
+    pub fn with_changes(&self, changes: &[impl AsRef<OsStr>]) -> Result<Self, LoadError> {
+        let mut table = Table::new();
+        let mut file = None;
+        for change in changes.iter().map(AsRef::as_ref) {
+            let path = Path::new(change);
+            match change.to_str() {
+                Some(change) if change.contains('=') && !path.exists() => table.extend([entry(change)?]),
+                _ if !path.exists() => return Err(LoadError::NeitherChangeNorFile(path.into())),
+                _ => {
+                    let text = read(path, "configuration")?;
+                    let of_file = |source| LoadError::File { path: path.into(), source };
+                    table.extend(parse(&text).map_err(of_file)?);
+                    file = Some(path);
+                }
             }
         }
+        self.changed(&table).map_err(|source| match file {
+            Some(path) if changes.len() == 1 => LoadError::File { path: path.into(), source },
+            _ => source.into(),
+        })
     }
 
     /// Loads a design by its name, from a design file, or as changes of [`KT27`] separated by commas.
     ///
     /// # Errors
-    /// Those of [`DesignPoint::load`] and [`DesignPoint::with_change`], or a key is changed twice.
+    /// Those of [`DesignPoint::load`] and [`DesignPoint::with_changes`], or a key is changed twice.
     pub fn load_or_change(name: &str) -> Result<Self, LoadError> {
         if !name.contains('=') {
             return Self::load(name.as_ref());
@@ -101,7 +115,7 @@ impl DesignPoint {
         if let Some((_, twice)) = keys.iter().enumerate().find(|(at, key)| keys[..*at].contains(key)) {
             return Err(DesignError::Twice { key: (*twice).to_owned() }.into());
         }
-        changes.into_iter().try_fold(KT27.clone(), |design, change| design.with_change(change.as_ref()))
+        KT27.with_changes(&changes)
     }
 }
 
@@ -145,7 +159,7 @@ mod tests {
 
     #[test]
     fn a_change_that_is_neither_a_value_nor_a_file_says_what_it_should_be() {
-        let error = KT27.with_change(OsStr::new("dog_bits")).unwrap_err().to_string();
+        let error = KT27.with_changes(&["dog_bits"]).unwrap_err().to_string();
         assert_eq!(error, "dog_bits is neither KEY=VALUE nor a configuration file");
     }
 }

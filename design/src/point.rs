@@ -112,7 +112,7 @@ pub static KEYS: [Key; 16] = [
         name: "sigmas",
         unit: "px",
         meaning: "sigma of each smoother, rising.",
-        kind: Kind::Reals(0.3..=64.0, Length::PerSmoother, field!(sigmas)),
+        kind: Kind::Reals(0.5..=64.0, Length::PerSmoother, field!(sigmas)),
     },
     Key {
         name: "smoother",

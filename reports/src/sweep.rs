@@ -470,7 +470,7 @@ mod tests {
             for variant in variants(&design) {
                 let changes = variant.design.changes_of(&design);
                 assert_eq!(changes.is_empty(), variant.chosen, "{} {}", variant.word, variant.value);
-                let changed = changes.iter().try_fold(design.clone(), |changed, text| changed.with_override(text));
+                let changed = design.with_overrides(changes.iter().map(String::as_str));
                 assert_eq!(changed.unwrap(), variant.design, "{changes:?}");
             }
         }
