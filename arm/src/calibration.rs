@@ -1,4 +1,4 @@
-//! The calibration of a camera: its errors as they were measured, each with its standard error.
+//! The calibration of camera and inertial sensor: their errors as they were measured, each with its standard error.
 //!
 //! | name | error | values | limits |
 //! |---|---|---|---|
@@ -7,25 +7,28 @@
 //! | `focal` | relative error of the focal length that the telemetry's field of view gives | 1 | -0.1 to 0.1 |
 //! | `principal_px` | pixel on the optical axis, less the centre of the frame | 2 | -1000 to 1000 |
 //! | `boresight_deg` | roll, pitch and yaw of the camera relative to the inertial sensor | 3 | -5 to 5 |
+//! | `gyro_bias_deg_per_s` | bias of the gyroscopes about the axes of the inertial sensor | 3 | -5 to 5 |
+//! | `force_bias_m_per_s2` | bias of the accelerometers along the same axes | 3 | -5 to 5 |
 //!
 //! A direction with normalised coordinates `u` is seen at `c + f (1 + focal) u (1 + k1 |u|^2)`, where `c` is the centre
 //! and `principal_px`. The rotation of the camera is that of the inertial sensor times that of `boresight_deg`.
 //!
-//! The filter goes on to estimate the first three from what a flight shows. What is not known of principal point and
-//! bore-sight counts as an error of the attitude reading, which it resembles.
+//! The filter goes on to estimate the first three and the biases from what a flight shows. What is not known of
+//! principal point and bore-sight counts as an error of the attitude reading, which it resembles.
 //!
 //! **Without a calibration** the standard errors are those of a camera that nobody has calibrated, principal point and
-//! bore-sight are 0, and the standard errors of the telemetry include them.
+//! bore-sight are 0, and the standard errors of the telemetry include them. Biases are 0 with the standard errors of a
+//! small inertial sensor whose readings were averaged on the ground.
 
 use crate::line::Estimate;
 use crate::message::{CALIBRATION, MessageError, Telemetry};
 use hoverlock_reference::motion::observation::SensorErrors;
 use hoverlock_reference::motion::orthophoto::{Attitude, Camera, ViewError};
-use nalgebra::{Matrix3, Vector2};
+use nalgebra::{Matrix3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// Errors of a camera.
-const ERRORS: usize = 5;
+/// Errors of camera and inertial sensor.
+const ERRORS: usize = 7;
 /// Name, number of values, and least and largest value of each; a standard error is 0 to the largest value.
 const LIMITS: [(&str, usize, f64, f64); ERRORS] = [
     ("k1", 1, -1.0, 1.0),
@@ -33,9 +36,11 @@ const LIMITS: [(&str, usize, f64, f64); ERRORS] = [
     ("focal", 1, -0.1, 0.1),
     ("principal_px", 2, -1000.0, 1000.0),
     ("boresight_deg", 3, -5.0, 5.0),
+    ("gyro_bias_deg_per_s", 3, -5.0, 5.0),
+    ("force_bias_m_per_s2", 3, -5.0, 5.0),
 ];
 /// Values of all of them.
-const VALUES: usize = 8;
+const VALUES: usize = 14;
 /// Size of a payload.
 const PAYLOAD_BYTES: usize = 8 * (VALUES + ERRORS);
 
@@ -63,6 +68,10 @@ pub struct Calibration {
     pub principal_px: Measured<[f64; 2]>,
     /// Bore-sight.
     pub boresight_deg: Measured<[f64; 3]>,
+    /// Bias of the gyroscopes.
+    pub gyro_bias_deg_per_s: Measured<[f64; 3]>,
+    /// Bias of the accelerometers.
+    pub force_bias_m_per_s2: Measured<[f64; 3]>,
 }
 
 impl Default for Calibration {
@@ -74,6 +83,8 @@ impl Default for Calibration {
             focal: Measured { value: 0.0, sigma: 0.01 },
             principal_px: Measured { value: [0.0; 2], sigma: 0.0 },
             boresight_deg: Measured { value: [0.0; 3], sigma: 0.0 },
+            gyro_bias_deg_per_s: Measured { value: [0.0; 3], sigma: 1e-3f64.to_degrees() },
+            force_bias_m_per_s2: Measured { value: [0.0; 3], sigma: 0.04 },
         }
     }
 }
@@ -82,7 +93,7 @@ impl Default for Calibration {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("{name}.{part} is {number}, and must be {least} to {most}")]
 pub struct CalibrationError {
-    /// Name of the error of the camera.
+    /// Name of the error.
     pub name: &'static str,
     /// `value` or `sigma`.
     pub part: &'static str,
@@ -117,11 +128,20 @@ impl Calibration {
 
     /// Returns all values and all standard errors, in the order of the table.
     fn numbers(&self) -> ([f64; VALUES], [f64; ERRORS]) {
-        let Self { k1, readout_s, focal, principal_px, boresight_deg } = self;
+        let Self { k1, readout_s, focal, principal_px, boresight_deg, gyro_bias_deg_per_s, force_bias_m_per_s2 } = self;
         let ([x, y], [roll, pitch, yaw]) = (principal_px.value, boresight_deg.value);
+        let ([p, q, r], [u, v, w]) = (gyro_bias_deg_per_s.value, force_bias_m_per_s2.value);
         (
-            [k1.value, readout_s.value, focal.value, x, y, roll, pitch, yaw],
-            [k1.sigma, readout_s.sigma, focal.sigma, principal_px.sigma, boresight_deg.sigma],
+            [k1.value, readout_s.value, focal.value, x, y, roll, pitch, yaw, p, q, r, u, v, w],
+            [
+                k1.sigma,
+                readout_s.sigma,
+                focal.sigma,
+                principal_px.sigma,
+                boresight_deg.sigma,
+                gyro_bias_deg_per_s.sigma,
+                force_bias_m_per_s2.sigma,
+            ],
         )
     }
 
@@ -141,6 +161,8 @@ impl Calibration {
             focal: Measured { value: number(2), sigma: sigma(2) },
             principal_px: Measured { value: [number(3), number(4)], sigma: sigma(3) },
             boresight_deg: Measured { value: [number(5), number(6), number(7)], sigma: sigma(4) },
+            gyro_bias_deg_per_s: Measured { value: [number(8), number(9), number(10)], sigma: sigma(5) },
+            force_bias_m_per_s2: Measured { value: [number(11), number(12), number(13)], sigma: sigma(6) },
         };
         calibration.checked().map_err(|error| MessageError::Reading(error.name))
     }
@@ -168,6 +190,15 @@ impl Calibration {
         let boresight = Attitude { roll, pitch, yaw };
         // A rotation and back would change the last bits of an attitude.
         (boresight != Attitude::default()).then(|| boresight.rotation())
+    }
+
+    /// Returns the biases of gyroscopes (rad/s) and accelerometers (m/s^2) about the axes of the camera, and the
+    /// standard error of each.
+    pub(crate) fn biases(&self) -> [(Vector3<f64>, f64); 2] {
+        let Self { gyro_bias_deg_per_s: gyro, force_bias_m_per_s2: force, .. } = self;
+        let of_camera = |bias: Vector3<f64>| self.boresight().map_or(bias, |boresight| boresight.tr_mul(&bias));
+        let rates = Vector3::from(gyro.value.map(f64::to_radians));
+        [(of_camera(rates), gyro.sigma.to_radians()), (of_camera(Vector3::from(force.value)), force.sigma)]
     }
 
     /// Returns the readings of the inertial sensor as those of the camera, which has the focal length `focal` (px).
@@ -205,13 +236,19 @@ mod tests {
         let principal = (prop::array::uniform2(-1000.0..=1000.0), 0.0..=1000.0);
         let boresight = (prop::array::uniform3(-5.0..=5.0), 0.0..=5.0);
         let lens = (measured(-1.0, 1.0), measured(0.0, 0.1), measured(-0.1, 0.1));
-        (lens, principal, boresight).prop_map(|((k1, readout_s, focal), (x_y, px), (angles, deg))| Calibration {
-            k1,
-            readout_s,
-            focal,
-            principal_px: Measured { value: x_y, sigma: px },
-            boresight_deg: Measured { value: angles, sigma: deg },
-        })
+        let bias =
+            || (prop::array::uniform3(-5.0..=5.0), 0.0..=5.0).prop_map(|(value, sigma)| Measured { value, sigma });
+        (lens, principal, boresight, [bias(), bias()]).prop_map(
+            |((k1, readout_s, focal), (x_y, px), (angles, deg), [gyro, force])| Calibration {
+                k1,
+                readout_s,
+                focal,
+                principal_px: Measured { value: x_y, sigma: px },
+                boresight_deg: Measured { value: angles, sigma: deg },
+                gyro_bias_deg_per_s: gyro,
+                force_bias_m_per_s2: force,
+            },
+        )
     }
 
     proptest! {
@@ -228,8 +265,8 @@ mod tests {
         ) {
             let mut payload = calibration.encode();
             payload[8 * index..8 * index + 8].copy_from_slice(&wrong.to_le_bytes());
-            let name = ["k1", "readout_s", "focal", "principal_px", "principal_px", "boresight_deg", "boresight_deg",
-                "boresight_deg", "k1", "readout_s", "focal", "principal_px", "boresight_deg"][index];
+            let of_values = LIMITS.iter().flat_map(|(name, count, ..)| std::iter::repeat_n(*name, *count));
+            let name = of_values.chain(LIMITS.map(|(name, ..)| name)).nth(index).unwrap();
             prop_assert_eq!(Calibration::parse(&payload), Err(MessageError::Reading(name)));
         }
 

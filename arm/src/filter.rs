@@ -147,10 +147,6 @@ const GROUND_SIGMA: f64 = 0.3;
 const GYRO_NOISE: f64 = 2e-4;
 /// White noise of the accelerometers, m/s/sqrt(s). An assumption.
 const FORCE_NOISE: f64 = 1e-2;
-/// Standard error of the bias of a gyroscope at the start, rad/s.
-const GYRO_BIAS_SIGMA: f64 = 1e-3;
-/// Standard error of the bias of an accelerometer at the start, m/s^2.
-const FORCE_BIAS_SIGMA: f64 = 0.04;
 /// Random walk of the bias of a gyroscope, rad/s/sqrt(s). A step of the bias is seen in the motion of the picture.
 const GYRO_BIAS_WALK: f64 = 3e-5;
 /// Random walk of the bias of an accelerometer, m/s^2/sqrt(s).
@@ -295,7 +291,8 @@ impl Filter {
         filter
     }
 
-    /// Gives the errors of the camera the values and standard errors of a calibration.
+    /// Gives the errors of the camera the values and standard errors of a calibration. Biases have its values from the
+    /// next [`Filter::restart`] on.
     pub fn calibrate(&mut self, calibration: &Calibration) {
         (self.calibration, self.boresight) = (*calibration, calibration.boresight());
         self.errors = CameraErrors::of(calibration);
@@ -336,7 +333,8 @@ impl Filter {
         }
         self.pose.rotation = attitude.rotation();
         self.velocity = Vector3::zeros();
-        (self.gyro_bias, self.force_bias, self.wander) = (Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
+        let [(gyro_bias, gyro_sigma), (force_bias, force_sigma)] = self.calibration.biases();
+        (self.gyro_bias, self.force_bias, self.wander) = (gyro_bias, force_bias, Vector3::zeros());
         if !is_sound {
             let calibration = self.calibration;
             self.calibrate(&calibration);
@@ -349,8 +347,8 @@ impl Filter {
             let variance = reading * reading;
             set(VELOCITY + axis, VELOCITY + axis, VELOCITY_SIGMA * VELOCITY_SIGMA);
             set(ROTATION + axis, ROTATION + axis, variance * (1.0 + WHITE_ATTITUDE_SHARE));
-            set(GYRO_BIAS + axis, GYRO_BIAS + axis, GYRO_BIAS_SIGMA * GYRO_BIAS_SIGMA);
-            set(FORCE_BIAS + axis, FORCE_BIAS + axis, FORCE_BIAS_SIGMA * FORCE_BIAS_SIGMA);
+            set(GYRO_BIAS + axis, GYRO_BIAS + axis, gyro_sigma * gyro_sigma);
+            set(FORCE_BIAS + axis, FORCE_BIAS + axis, force_sigma * force_sigma);
             // The rotation is the reading, so its error is the opposite of the wander.
             set(WANDER + axis, WANDER + axis, variance);
             set(ROTATION + axis, WANDER + axis, -variance);

@@ -8,7 +8,7 @@
 //! | 4 | command | `u32`: 1 capture a reference, 2 wide view, 3 narrow view, 4 stop, 5 renew the reference |
 //! | 5 | inertial | samples of the IMU, each a `u64` time in microseconds and six `f64`, see below |
 //! | 6 | pixels | `u32` frame, `u16` first row, `u16` rows, then the rows of the frame, `u16` each pixel, see below |
-//! | 7 | calibration | thirteen `f64`, see [`crate::calibration`] |
+//! | 7 | calibration | 21 `f64`, see [`crate::calibration`] |
 //!
 //! The eight numbers: roll, pitch, yaw (radians), range (m), field of view (radians), and the standard errors of tilt,
 //! heading (radians) and range (m). Telemetry holds the sensor readings at the exposure of the frame with that number:

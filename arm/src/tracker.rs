@@ -36,8 +36,8 @@
 //!
 //! The covariance is what errors are on the mean; that of the velocity has the same factors. The protection level is
 //! the radius that one error of 100 000 exceeds if they are normal: `s` is the standard error by `P` along the worse
-//! direction, `d` the displacement, whose scale has the error of the focal length. Without samples of the IMU nothing
-//! persists in `P`, whose share is 1. Where it is that of patches alone, the protection level has twice the standard
+//! direction, `d` the displacement, whose scale has the error of the focal length. Without samples of the IMU the
+//! covariance is `min(k, 10)^2 P`. Where `P` is that of patches alone, the protection level has twice the standard
 //! errors.
 
 use crate::calibration::Calibration;

@@ -766,6 +766,26 @@ fn a_calibration_sets_the_errors_of_the_camera() {
     assert_eq!((filter.errors.distortion, filter.at(CAMERA, CAMERA)), (-0.03, 0.001 * 0.001));
 }
 
+/// Biases that a calibration knows are taken off the samples of the IMU, whatever the bore-sight.
+#[test]
+fn a_calibration_sets_the_biases_of_the_inertial_sensor() {
+    let mut filter = started();
+    let mut calibration = Calibration::default();
+    calibration.boresight_deg.value = [3.0, -2.0, 40.0];
+    (calibration.gyro_bias_deg_per_s.value, calibration.gyro_bias_deg_per_s.sigma) = ([0.2, -0.1, 0.3], 0.01);
+    (calibration.force_bias_m_per_s2.value, calibration.force_bias_m_per_s2.sigma) = ([0.1, 0.2, -0.3], 0.02);
+    filter.calibrate(&calibration);
+    filter.restart(50.0, &Attitude::default(), &SENSORS, 46.0, false);
+    assert!((filter.at(GYRO_BIAS, GYRO_BIAS).sqrt() - 0.01f64.to_radians()).abs() < 1e-12);
+    assert!((filter.at(FORCE_BIAS, FORCE_BIAS).sqrt() - 0.02).abs() < 1e-12);
+    let boresight = calibration.boresight().unwrap();
+    let rates = Vector3::new(0.2, -0.1, 0.3).map(f64::to_radians);
+    let force = boresight * Vector3::new(0.0, 0.0, -GRAVITY) + Vector3::new(0.1, 0.2, -0.3);
+    filter.predict(std::iter::repeat_n(Step { rates, force, seconds: 0.005 }, 200), &SENSORS);
+    let turned = logarithm(&filter.pose.rotation).norm();
+    assert!(turned < 1e-9 && filter.velocity.norm() < 1e-9, "{turned} {}", filter.velocity);
+}
+
 /// Of more sightings than the work units pay for as many are fitted as they do.
 #[test]
 fn sightings_beyond_the_work_units_are_thinned() {
