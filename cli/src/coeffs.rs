@@ -1,6 +1,6 @@
 //! `hoverlock coeffs`: coefficients for a sigma, and their errors.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
@@ -13,7 +13,7 @@ use hoverlock_reports::coefficient_plots::figures;
 use serde::Serialize;
 
 use crate::Verdict;
-use crate::output::{Batch, Folder, lossy_list, print, print_json, say, shown};
+use crate::output::{Batch, Folder, lossy_list, print, print_json, quoted, say, shown};
 
 /// Regenerate filter coefficients
 ///
@@ -43,7 +43,8 @@ pub struct Args {
         value_parser = sigma
     )]
     sigma: Vec<f64>,
-    /// The smoothers of a design, with its coefficient bits and look-ahead: kt27, hd1080, small, or a design file
+    /// The smoothers of a design, with its coefficient bits and look-ahead: kt27, hd1080, small, three_scales, or a
+    /// design file
     #[arg(
         long,
         value_name = "NAME|FILE",
@@ -151,6 +152,9 @@ fn sigma(text: &str) -> Result<f64, String> {
 pub fn run(args: &Args) -> Result<Verdict> {
     let family = args.method.family(args.order)?;
     let fit = args.fit.map_or(family.fits()[0], FitChoice::fit);
+    if args.look_ahead.is_some() && args.method != Method::FirstOrder {
+        bail!("--look-ahead is about the lerp form, which only --method first-order has; leave it out");
+    }
     let look_ahead = args.look_ahead.map_or(LookAhead::Error(args.look_ahead_error), LookAhead::Stages);
     let spec =
         |sigma: f64, frac_bits: u32, look_ahead: LookAhead| SmootherSpec { family, fit, sigma, frac_bits, look_ahead };
@@ -165,7 +169,8 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let sets = specs.iter().map(CoefficientSet::design).collect::<Result<Vec<_>, _>>()?;
     let mut report = Report { sets, files: Vec::new() };
     if let Some(folder) = &args.out {
-        report.files = write(folder, &report.sets, family, fit, look_ahead)?;
+        let command = command(&report.sets, args.design.as_deref(), look_ahead);
+        report.files = write(folder, &report.sets, family, fit, &command)?;
     }
     if args.json {
         print_json(&report)?;
@@ -176,19 +181,12 @@ pub fn run(args: &Args) -> Result<Verdict> {
 }
 
 /// Writes every form of the sets. All texts are made before the first file is written.
-fn write(
-    folder: &Path,
-    sets: &[CoefficientSet],
-    family: Family,
-    fit: Fit,
-    look_ahead: LookAhead,
-) -> Result<Vec<PathBuf>> {
-    let command = command(sets, look_ahead);
-    let mut json = serde_json::to_string_pretty(&serde_json::json!({ "command": &command, "sets": sets }))
+fn write(folder: &Path, sets: &[CoefficientSet], family: Family, fit: Fit, command: &str) -> Result<Vec<PathBuf>> {
+    let mut json = serde_json::to_string_pretty(&serde_json::json!({ "command": command, "sets": sets }))
         .context("the coefficients cannot be written as JSON")?;
     json.push('\n');
     let mut texts = vec![("coefficients.json".to_owned(), json)];
-    texts.extend(export::all(sets, &command).into_iter().map(|file| (file.name.to_owned(), file.text)));
+    texts.extend(export::all(sets, command).into_iter().map(|file| (file.name.to_owned(), file.text)));
     let filters = sets.iter().map(|set| Recursive::design(family, fit, set.sigma)).collect::<Result<Vec<_>, _>>()?;
     for figure in figures(&filters)? {
         texts.push((format!("{}.svg", figure.name), figure.file()?));
@@ -230,19 +228,20 @@ fn earlier(folder: &Path, texts: &[(String, String)]) -> Result<Vec<String>> {
     Ok(names)
 }
 
-/// Returns a command that reproduces these sets even if defaults change.
-fn command(sets: &[CoefficientSet], look_ahead: LookAhead) -> String {
-    let sigmas: String = sets.iter().map(|set| format!(" {}", set.sigma)).collect();
+/// Returns a command that reproduces these sets even if defaults change. A design has a look-ahead for each smoother.
+fn command(sets: &[CoefficientSet], design: Option<&OsStr>, look_ahead: LookAhead) -> String {
     let Some(set) = sets.first() else { return String::new() };
+    let of_filter = format!("--method {} --order {} --fit {}", set.method, set.order, set.fit);
+    if let Some(design) = design {
+        return format!("hoverlock coeffs --design {} {of_filter}", quoted(Path::new(design)));
+    }
+    let sigmas: String = sets.iter().map(|set| format!(" {}", set.sigma)).collect();
     let choice = match (&set.quantised.lerp, look_ahead) {
         (None, _) => String::new(),
         (Some(_), LookAhead::Stages(stages)) => format!(" --look-ahead {stages}"),
         (Some(_), LookAhead::Error(error)) => format!(" --look-ahead-error {error}"),
     };
-    format!(
-        "hoverlock coeffs --sigma{sigmas} --method {} --order {} --fit {} --frac-bits {}{choice}",
-        set.method, set.order, set.fit, set.quantised.frac_bits
-    )
+    format!("hoverlock coeffs --sigma{sigmas} {of_filter} --frac-bits {}{choice}", set.quantised.frac_bits)
 }
 
 fn table(report: &Report) -> String {

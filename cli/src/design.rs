@@ -9,7 +9,7 @@ use hoverlock_fixed_point::model::design::{other_smoother, short_look_aheads};
 use hoverlock_rtl::emission::verilog::verilog;
 use hoverlock_rtl::emission::{File, files_of};
 
-use crate::output::{quoted, say};
+use crate::output::{quoted, say, shown};
 use crate::progress::spinning;
 
 /// The arguments that choose a design.
@@ -35,15 +35,32 @@ pub fn emitted(design: &DesignPoint) -> Result<Vec<File>> {
 }
 
 /// Returns the Verilog files of a design, or those of `folder`. For a design other than the default the emitter is
-/// compiled the first time.
+/// compiled the first time. Says on stderr if they are not those of the current folder, which has its own.
 ///
 /// # Errors
 /// If the design cannot be built or emitted, or the folder has no Verilog.
 pub fn verilog_of(design: &DesignPoint, folder: Option<&Path>) -> Result<Vec<PathBuf>> {
-    if folder.is_none() {
-        emitted(design)?;
+    if folder.is_some() {
+        return Ok(verilog(design, folder)?);
     }
-    Ok(verilog(design, folder)?)
+    emitted(design)?;
+    let files = verilog(design, None)?;
+    let folder = files.first().and_then(|file| file.parent()).filter(|_| *design == *KT27);
+    if let Some(folder) = folder.filter(|folder| is_other_checkout(folder)) {
+        say(&format!(
+            "the Verilog is that of {}, where this command was built; --rtl rtl/verilog takes that of this folder",
+            shown(folder)
+        ));
+    }
+    Ok(files)
+}
+
+/// Returns `true` if the current folder has committed Verilog of its own, in another place than `folder`.
+fn is_other_checkout(folder: &Path) -> bool {
+    let canonical = |path: &Path| path.canonicalize().ok();
+    canonical(Path::new("rtl/verilog")).is_some_and(|here| {
+        here.join("hoverlock_top.v").exists() && canonical(folder).is_some_and(|folder| folder != here)
+    })
 }
 
 impl Chosen {

@@ -31,7 +31,7 @@ use serde::Serialize;
 use self::coverage::Drawing;
 use crate::Verdict;
 use crate::choice::between;
-use crate::design::verilog_of;
+use crate::design::{emitted, verilog_of};
 use crate::output::{prepare_target, print, print_json, shown, verdict, write_file};
 use crate::progress::LogLines;
 
@@ -77,7 +77,13 @@ pub struct Args {
     #[arg(long, value_name = "FILE", requires = "source", value_hint = ValueHint::FilePath)]
     properties: Option<PathBuf>,
     /// Steps of the induction and of the covers, for --source
-    #[arg(long, value_name = "K", default_value = "20", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    #[arg(
+        long,
+        value_name = "K",
+        default_value = "20",
+        requires = "source",
+        value_parser = clap::value_parser!(u32).range(1..=1000)
+    )]
     depth: u32,
     /// Prove --source for --depth steps from the initial state only, without induction
     #[arg(long, requires = "source")]
@@ -127,7 +133,7 @@ impl From<SolverName> for Solver {
 struct Report<'a> {
     results: &'a [Outcome],
     /// Claims that are stated for the default design only, with --design.
-    not_stated: &'a [String],
+    not_stated: Vec<&'a str>,
     /// Number of proofs that pass.
     proved: usize,
     /// Number of proofs, covers and mutants that do not pass.
@@ -146,6 +152,9 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let (mut claims, subjects) = claims(args)?;
     let sources = sources(args)?;
     let not_stated = take_not_stated(args, &mut claims, &sources)?;
+    if claims.is_empty() && subjects.is_empty() {
+        bail!(nothing_left(&not_stated));
+    }
     let mut tasks: Vec<(&Claim, Task)> = Vec::new();
     for claim in &claims {
         tasks.push((claim, Task::Proof));
@@ -180,7 +189,10 @@ pub fn run(args: &Args) -> Result<Verdict> {
         for &subject in &subjects {
             proofs.push(rounding::run(&design, subject, Task::Proof, Solver::Yices, &args.out)?);
         }
-        second::write(file, &proofs, &results, args.limit)?;
+        let known = shipped::claims()?;
+        let names: Vec<&str> =
+            known.iter().map(|claim| claim.name.as_str()).chain(Subject::ALL.map(Subject::name)).collect();
+        second::enter(file, &names, &proofs, &results, args.limit)?;
     } else if let Some(file) = &args.table {
         let mut rows: Vec<Row> = claims.iter().map(Row::of_claim).collect();
         rows.extend(subjects.iter().map(|&subject| Row::of_subject(subject)));
@@ -199,13 +211,14 @@ pub fn run(args: &Args) -> Result<Verdict> {
         write_file(file, text.as_bytes())?;
     }
     if args.json {
-        print_json(&Report { results: &results, not_stated: &not_stated, proved, failed })?;
+        let not_stated = not_stated.iter().map(|left| left.name.as_str()).collect();
+        print_json(&Report { results: &results, not_stated, proved, failed })?;
     } else {
         for outcome in &results {
             print(&line(outcome))?;
         }
-        for name in &not_stated {
-            print(&format!("{name:<28} not stated for this Verilog: the claim is about the text of kt27\n"))?;
+        for NotStated { name, reason } in &not_stated {
+            print(&format!("{name:<28} not stated for this Verilog: {reason}\n"))?;
         }
         let summary = match results.iter().find(|outcome| !outcome.pass) {
             Some(first) => format!("{failed} of {} fail, the first: {}", results.len(), first.name),
@@ -230,7 +243,8 @@ fn shape(design: &DesignPoint) -> Result<Shape> {
     let resets = registers.iter().filter(|register| register.reset() != 0);
     let read =
         |path: &PathBuf| std::fs::read_to_string(path).with_context(|| format!("{}: cannot be read", shown(path)));
-    let texts: Vec<String> = verilog_of(design, None)?.iter().map(read).collect::<Result<_>>()?;
+    emitted(design)?;
+    let texts: Vec<String> = verilog(design, None)?.iter().map(read).collect::<Result<_>>()?;
     let texts = texts.iter().flat_map(|text| modules(text)).collect();
     let numbers = |variant: Variant| {
         let numbers =
@@ -256,10 +270,22 @@ fn shape(design: &DesignPoint) -> Result<Shape> {
     })
 }
 
-/// Takes out the claims that are not stated for this Verilog, and returns their names: those for the default design
+/// A claim that is not stated for a Verilog.
+struct NotStated {
+    name: String,
+    reason: String,
+}
+
+/// Returns the refusal of a run whose claims are all left out: a verdict would be about nothing.
+fn nothing_left(left: &[NotStated]) -> String {
+    let left: Vec<String> = left.iter().map(|NotStated { name, reason }| format!("{name}: {reason}")).collect();
+    format!("no claim is stated for this Verilog: {}", left.join("; "))
+}
+
+/// Takes out the claims that are not stated for this Verilog, and returns them: those for the default design
 /// only if the text is another one, those about a module that the design does not have, and those about a file beside
 /// the folder that is not there.
-fn take_not_stated(args: &Args, claims: &mut Vec<Claim>, sources: &Path) -> Result<Vec<String>> {
+fn take_not_stated(args: &Args, claims: &mut Vec<Claim>, sources: &Path) -> Result<Vec<NotStated>> {
     let originals = verilog(&KT27, None)?;
     let code = |path: &Path| {
         let text = std::fs::read_to_string(path).ok()?;
@@ -270,13 +296,22 @@ fn take_not_stated(args: &Args, claims: &mut Vec<Claim>, sources: &Path) -> Resu
         original.is_some_and(|original| code(original).is_some() && code(original) == code(&sources.join(file)))
     };
     let may_lack = |file: &String| args.design.is_some() || file.starts_with("../");
-    let is_there = |file: &String| !may_lack(file) || sources.join(file).is_file();
-    let is_stated = |claim: &Claim| {
+    let is_missing = |file: &&String| may_lack(file) && !sources.join(file).is_file();
+    let reason = |claim: &Claim| {
+        if let Some(file) = claim.sources.iter().find(is_missing) {
+            return Some(format!("there is no {}", shown(&sources.join(file))));
+        }
         let is_about_design = args.design.is_none() || shipped::is_for_any_design(claim);
-        claim.sources.iter().all(is_there) && (is_about_design || claim.sources.iter().all(is_same))
+        let is_stated = is_about_design || claim.sources.iter().all(is_same);
+        (!is_stated).then(|| "the claim is about the text of kt27".to_owned())
     };
-    let left: Vec<String> = claims.iter().filter(|claim| !is_stated(claim)).map(|claim| claim.name.clone()).collect();
-    claims.retain(is_stated);
+    let mut left = Vec::new();
+    claims.retain(|claim| {
+        let reason = reason(claim);
+        let is_stated = reason.is_none();
+        left.extend(reason.map(|reason| NotStated { name: claim.name.clone(), reason }));
+        is_stated
+    });
     Ok(left)
 }
 

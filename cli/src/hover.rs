@@ -76,7 +76,8 @@ pub struct Args {
     /// The folder for the page, index.html, and the table of each frame, hover.csv, which grows as it flies
     #[arg(long, value_name = "DIR", default_value = "out/hover")]
     out: PathBuf,
-    /// Save the frames, their telemetry and the calibration into this folder, for `hoverlock cosim`
+    /// Save the frames, their telemetry, the samples of the IMU and the calibration into this folder, for `hoverlock
+    /// cosim`
     #[arg(long, value_name = "DIR")]
     save: Option<PathBuf>,
     /// One JSON object on stdout: pass rms_m max_m frames lost and more

@@ -1,7 +1,7 @@
 //! The output of a verb: text on stdout and stderr, and files.
 
 use std::fmt::Write as _;
-use std::fs::{self, File};
+use std::fs::{self, File, Permissions};
 use std::io::{self, Write};
 use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
@@ -29,9 +29,10 @@ pub fn print_json(value: &impl Serialize) -> Result<()> {
     print(&text)
 }
 
-/// Writes one line to stderr. Control characters are escaped, so that it stays one line.
+/// Writes one line to stderr. Control characters are escaped, so that it stays one line. A stderr that is closed or
+/// full costs remarks, and no results.
 pub fn say(text: &str) {
-    eprintln!("hoverlock: {}", visible(text));
+    let _ = writeln!(io::stderr().lock(), "hoverlock: {}", visible(text));
 }
 
 /// Returns a verdict in bold, green or red on a terminal.
@@ -58,9 +59,10 @@ pub fn shown(path: &Path) -> String {
     visible(&path.display().to_string())
 }
 
-/// Quotes a path for a shell.
+/// Quotes a path for a shell. One that begins with a dash would be taken for an option.
 pub fn quoted(path: &Path) -> String {
-    quote(&path.to_string_lossy())
+    let text = path.to_string_lossy();
+    if text.len() > 1 && text.starts_with('-') { quote(&format!("./{text}")) } else { quote(&text) }
 }
 
 /// Quotes a word for a shell.
@@ -129,8 +131,14 @@ pub struct Aside {
 }
 
 impl Aside {
-    /// Creates an empty file.
+    /// Creates an empty file. In place of a link its target is written; a file that is there keeps its permissions.
     pub fn new(path: &Path) -> Result<Self> {
+        let there = path.canonicalize().ok();
+        let path = there.as_deref().unwrap_or(path);
+        let permissions = fs::metadata(path).ok().map(|there| there.permissions());
+        if permissions.as_ref().is_some_and(Permissions::readonly) {
+            bail!("{}: is read-only; make it writable, or name another file", path.display());
+        }
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let mut pending = None;
         let file = Builder::new()
@@ -143,6 +151,9 @@ impl Aside {
             })
             .with_context(|| unwritable(path))?
             .into_temp_path();
+        if let Some(permissions) = permissions {
+            fs::set_permissions(&file, permissions).with_context(|| unwritable(path))?;
+        }
         Ok(Self { _pending: pending, file, path: path.to_owned() })
     }
 

@@ -1,6 +1,7 @@
 //! `hoverlock report`: the errors of quantisation on given pictures, and the checks of their bounds.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
@@ -87,8 +88,10 @@ pub fn run(args: &Args) -> Result<Verdict> {
     output::write(&study, &args.out)?;
     let compared = baseline.map(|baseline| baseline.compare(&study));
     let page = args.out.join(baseline::PAGE);
-    if let Some(compared) = &compared {
-        write_file(&page, baseline::html(compared)?.as_bytes())?;
+    match &compared {
+        Some(compared) => write_file(&page, baseline::html(compared)?.as_bytes())?,
+        // That of an earlier report is about other numbers.
+        None => remove_earlier(&page)?,
     }
     drop(folder);
     if let Some(hardware) = study.hardware() {
@@ -127,6 +130,16 @@ pub fn run(args: &Args) -> Result<Verdict> {
     Ok((study.pass && compared.is_none_or(|compared| compared.pass)).into())
 }
 
+/// Removes a file of an earlier report if it is there.
+fn remove_earlier(path: &Path) -> Result<()> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != ErrorKind::NotFound => {
+            Err(error).with_context(|| format!("{}: of an earlier report, cannot be removed", shown(path)))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Reads an earlier report.
 fn earlier(path: &Path) -> Result<Baseline> {
     let name = path.display();
@@ -141,7 +154,8 @@ impl Args {
         let images: String = self.images.iter().map(|image| format!(" {}", quoted(image))).collect();
         let changed: String = changes.iter().map(|change| format!(" --config {}", quoted(Path::new(change)))).collect();
         let name = changes.join("_").replace(|char: char| !char.is_ascii_alphanumeric(), "_");
-        let mut out = self.out.clone().into_os_string();
+        // Without the slash at the end that a shell completes.
+        let mut out = self.out.components().collect::<PathBuf>().into_os_string();
         out.push(format!("-{name}"));
         let (options, limit, out) = (self.chosen.options(), self.limit.option(), quoted(Path::new(&out)));
         format!("hoverlock report{images}{options}{changed}{limit} --out {out}")
@@ -158,7 +172,7 @@ pub fn subjects(paths: &[PathBuf], design: &DesignPoint, limit: &Limit) -> Resul
              not {width} x {height}"
         );
     }
-    let mut names: BTreeMap<String, usize> = BTreeMap::new();
+    let mut names = BTreeSet::new();
     let (mut subjects, mut unfit) = (Vec::new(), Vec::new());
     for path in paths {
         let picture = match open(path, limit, MIN_SIDE, Some((width, height))) {
@@ -170,9 +184,13 @@ pub fn subjects(paths: &[PathBuf], design: &DesignPoint, limit: &Limit) -> Resul
         };
         let frame = picture.crop(width, height);
         let stem = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-        let seen = names.entry(stem.clone()).or_default();
-        *seen += 1;
-        let name = if *seen == 1 { stem } else { format!("{stem} ({seen})") };
+        let mut name = stem.clone();
+        for number in 2.. {
+            if names.insert(name.clone()) {
+                break;
+            }
+            name = format!("{stem} ({number})");
+        }
         subjects.push(Subject { name, frame: frame.luma, picture: picture.luma });
     }
     if subjects.is_empty() {

@@ -66,15 +66,36 @@ impl Common {
         Ok((design, out))
     }
 
+    /// Returns the options that mean this design in this folder.
+    fn options(&self, out: &Path) -> String {
+        let out = self.out.as_ref().map_or_else(String::new, |_| format!(" --out {}", quoted(out)));
+        self.chosen.options() + &out
+    }
+
     /// Returns the path of an emitted file in the folder `out` of [`Common::design`].
     fn path(&self, design: &DesignPoint, out: &Path, file: &File) -> PathBuf {
         if self.is_project(design) { project_path(&file.path) } else { out.join(&file.path) }
     }
 
-    /// Is the folder of the project meant?
+    /// Is the folder of the project meant, where some files are in other folders?
     fn is_project(&self, design: &DesignPoint) -> bool {
-        self.out.is_none() && *design == *KT27
+        let is_project =
+            |out: &Path| is_in_project() && out.canonicalize().ok() == Path::new("rtl").canonicalize().ok();
+        *design == *KT27 && self.out.as_deref().is_none_or(is_project)
     }
+
+    /// Checks that the folder of the project is there if it is meant.
+    fn check_project(&self, design: &DesignPoint, out: &Path) -> Result<()> {
+        if self.is_project(design) && !(out.is_dir() && is_in_project()) {
+            bail!("{}: no such folder of the project here; run this in the project, or give --out", shown(out));
+        }
+        Ok(())
+    }
+}
+
+/// Returns `true` if the current folder is that of the project.
+fn is_in_project() -> bool {
+    Path::new("registers/Cargo.toml").is_file()
 }
 
 #[derive(clap::Args)]
@@ -111,9 +132,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
 
 fn emit(common: &Common) -> Result<Verdict> {
     let (design, out) = common.design()?;
-    if common.is_project(&design) {
-        check_project(&out)?;
-    }
+    common.check_project(&design, &out)?;
     let files = emitted(&design)?;
     let mut folders = Vec::new();
     let mut batch = Batch::default();
@@ -137,17 +156,12 @@ fn emit(common: &Common) -> Result<Verdict> {
     Ok(Verdict::Pass)
 }
 
-/// Checks that a folder that was not named is there.
-fn check_project(out: &Path) -> Result<()> {
-    if !out.is_dir() {
-        bail!("{}: no such folder; run this in the project, or give --out", out.display());
-    }
-    Ok(())
-}
-
 fn check(common: &Common) -> Result<Verdict> {
     let (design, out) = common.design()?;
-    check_project(&out)?;
+    common.check_project(&design, &out)?;
+    if !out.is_dir() {
+        bail!("{}: no such folder; write it with `{MEND}{}`, or give --out", shown(&out), common.options(&out));
+    }
     let files = emitted(&design)?;
     let is_fresh =
         |file: &&File| std::fs::read_to_string(common.path(&design, &out, file)).is_ok_and(|text| text == file.text);
@@ -155,10 +169,7 @@ fn check(common: &Common) -> Result<Verdict> {
     let strays = strays(&out.join("verilog"), &files)?;
     let checked = Checked { fresh: stale.is_empty() && strays.is_empty(), stale, strays };
     if let Some(first) = checked.stale.first() {
-        let mut mend = format!("{MEND}{}", common.chosen.options());
-        if common.out.as_deref().is_some_and(|out| out != Path::new("rtl")) {
-            mend += &format!(" --out {}", quoted(&out));
-        }
+        let mend = format!("{MEND}{}", common.options(&out));
         let (stale, more) = (first, checked.stale.len() - 1);
         let more = if more > 0 { format!(", and {more} more") } else { String::new() };
         say(&format!("{stale} is stale{more}; run `{mend}`"));

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::{Result, bail};
-use hoverlock_design::{DesignPoint, KT27, MIN_SIDE};
+use hoverlock_design::{DesignPoint, MIN_SIDE};
 use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_fixed_point::model::fastest::FastestModel;
 use hoverlock_pictures::folder::expand;
@@ -19,7 +19,7 @@ use serde::Serialize;
 use crate::Verdict;
 use crate::design::{Chosen, verilog_of};
 use crate::output::{
-    Aside, Batch, Folder, lossy, lossy_option, prepare_target, print, print_json, quoted, say, shown, verdict,
+    Aside, Batch, Folder, lossy, lossy_option, prepare_target, print, print_json, quoted, shown, verdict,
 };
 use crate::picture::{Limit, open};
 use crate::progress::spinning;
@@ -161,13 +161,6 @@ pub fn run(args: &Args) -> Result<Verdict> {
         jobs.extend(std::iter::repeat_n(job, args.frames as usize));
     }
     let sources = verilog_of(&design, args.rtl.as_deref())?;
-    let folder = sources.first().and_then(|file| file.parent()).unwrap_or(Path::new("."));
-    if args.rtl.is_none() && design == *KT27 && is_other_checkout(folder) {
-        say(&format!(
-            "the Verilog of {} is simulated, where this command was built; --rtl rtl/verilog takes that of this folder",
-            folder.display()
-        ));
-    }
     let simulator = spinning("building the Verilated model (once; later runs find it)", || match &wave {
         Some(wave) => Simulator::of_design(&design, args.rtl.as_deref(), wave.format),
         None => Simulator::of_design(&design, args.rtl.as_deref(), Trace::None),
@@ -186,7 +179,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     }
     let verilog = Verilog {
         design: args.chosen.described(),
-        folder: folder.to_owned(),
+        folder: sources.first().and_then(|file| file.parent()).unwrap_or(Path::new(".")).to_owned(),
         emission: format!("{:08x}", outcome.emission),
     };
     let report = report(args, &images, outcome, verilog);
@@ -196,14 +189,6 @@ pub fn run(args: &Args) -> Result<Verdict> {
         print(&summary(&report))?;
     }
     Ok(report.pass.into())
-}
-
-/// Returns `true` if the current folder has committed Verilog of its own, in another place than `folder`.
-fn is_other_checkout(folder: &Path) -> bool {
-    let canonical = |path: &Path| path.canonicalize().ok();
-    canonical(Path::new("rtl/verilog")).is_some_and(|here| {
-        here.join("hoverlock_top.v").exists() && canonical(folder).is_some_and(|folder| folder != here)
-    })
 }
 
 /// Runs the simulation. After one second a bar counts the pixels.

@@ -1,5 +1,6 @@
 //! `hoverlock coeffs` as a user runs it: the known answers, the files, and one clear line for what is not possible.
 
+use std::path::Path;
 use std::process::{Command, Output};
 
 fn coeffs(arguments: &[&str]) -> Output {
@@ -66,15 +67,23 @@ fn the_folder_holds_every_form_whole() {
         .map(|name| format!("{name}.svg"));
     let forms = ["h", "json", "md", "mif", "rs", "vh"].map(|ending| format!("coefficients.{ending}"));
     assert_eq!(names, forms.into_iter().chain(figures).collect::<Vec<_>>());
-    // What a file says it was made by, makes it again.
+    made_again(&out, &names);
+    // A design has a look-ahead for each smoother.
+    let of_design = folder.path().join("small");
+    assert!(coeffs(&["--design", "small", "--out", of_design.to_str().unwrap()]).status.success());
+    made_again(&of_design, &names);
+}
+
+/// What a file says it was made by, makes it again.
+fn made_again(out: &Path, names: &[String]) {
     let header = std::fs::read_to_string(out.join("coefficients.vh")).unwrap();
     let command = header.lines().next().unwrap().strip_prefix("// Written by: hoverlock coeffs ").unwrap();
-    let again = folder.path().join("again");
+    let again = out.with_extension("again");
     let mut arguments: Vec<&str> = command.split(' ').collect();
     arguments.extend(["--out", again.to_str().unwrap()]);
     assert!(coeffs(&arguments).status.success());
     for name in names {
-        assert_eq!(std::fs::read(out.join(&name)).unwrap(), std::fs::read(again.join(&name)).unwrap(), "{name}");
+        assert_eq!(std::fs::read(out.join(name)).unwrap(), std::fs::read(again.join(name)).unwrap(), "{name}");
     }
 }
 
@@ -92,6 +101,7 @@ fn what_is_not_possible_gets_one_line_and_status_two() {
         (vec!["--sigma", "2", "--method", "deriche", "--order", "7"], "no order 7"),
         (vec!["--sigma", "2", "--method", "first-order", "--order", "2"], "no order 2"),
         (vec!["--sigma", "2", "--fit", "published"], "no published fit"),
+        (vec!["--sigma", "2", "--method", "deriche", "--look-ahead", "5"], "leave it out"),
         (vec!["--sigma", "30", "--method", "vyv", "--frac-bits", "4"], "no rounding"),
         (vec!["--sigma", "2", "--out", file], file),
         (vec![], "--sigma"),

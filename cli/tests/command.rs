@@ -229,6 +229,36 @@ fn a_set_of_files_is_written_whole_or_not_at_all() {
     assert!(said.contains(&format!("run `hoverlock rtl emit --out '{rtl}'`")), "{said}");
 }
 
+#[test]
+fn a_full_stderr_costs_no_results() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = saved(folder.path(), "a.png", 400, 300);
+    let overlay = folder.path().join("overlay.png");
+    let full = || fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    // The remark that the pictures are larger than the frame cannot be written.
+    let small = ["--features", "fixed", "--config", "width=320", "--config", "height=240"];
+    let mut matching = command(&[OsStr::new("match"), picture.as_os_str(), picture.as_os_str()]);
+    let status = matching.args(small).arg("--overlay").arg(&overlay).stderr(full()).stdout(Stdio::null()).status();
+    assert_eq!((status.unwrap().code(), overlay.exists()), (Some(0), true));
+    assert_eq!(command(&["match", "none.png", "none.png"]).stderr(full()).status().unwrap().code(), Some(2));
+}
+
+#[test]
+fn a_link_leads_to_its_file_and_a_read_only_file_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, link) = (folder.path().join("a.toml"), folder.path().join("current.toml"));
+    assert!(hoverlock(&[OsStr::new("design"), OsStr::new("new"), file.as_os_str()]).status.success());
+    fs::set_permissions(&file, fs::Permissions::from_mode(0o640)).unwrap();
+    std::os::unix::fs::symlink("a.toml", &link).unwrap();
+    let set = [OsStr::new("design"), OsStr::new("set"), link.as_os_str(), OsStr::new("dog_bits=12")];
+    assert!(hoverlock(&set).status.success());
+    assert!(link.is_symlink() && fs::read_to_string(&file).unwrap().contains("dog_bits = 12"));
+    assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o640);
+    fs::set_permissions(&file, fs::Permissions::from_mode(0o400)).unwrap();
+    let said = refusal(&[set[0], set[1], set[2], OsStr::new("dog_bits=13")]);
+    assert!(said.contains("a.toml: is read-only"), "{said}");
+}
+
 fn wait_until(what: impl Fn() -> bool) {
     let started = Instant::now();
     while !what() {

@@ -49,6 +49,40 @@ fn a_folder_without_verilog_is_refused() {
 }
 
 #[test]
+fn the_folder_of_the_project_is_the_same_named_or_not() {
+    let project = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+    let elsewhere = tempfile::tempdir().unwrap();
+    fs::create_dir(elsewhere.path().join("rtl")).unwrap();
+    let within = |folder: &std::path::Path, args: &[&str]| {
+        Command::new(env!("CARGO_BIN_EXE_hoverlock")).args(args).current_dir(folder).output().unwrap()
+    };
+    for args in [&["rtl", "check"][..], &["rtl", "check", "--out", "rtl"], &["rtl", "check", "--out", "./rtl/"]] {
+        let output = within(project.as_ref(), args);
+        assert_eq!(output.status.code(), Some(0), "{args:?}: {output:?}");
+    }
+    for verb in ["emit", "check"] {
+        let output = within(elsewhere.path(), &["rtl", verb]);
+        assert_refused(&output, "run this in the project, or give --out");
+    }
+    assert!(fs::read_dir(elsewhere.path().join("rtl")).unwrap().next().is_none());
+}
+
+#[test]
+fn keys_are_changed_together() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("one.toml").display().to_string();
+    let one_pair = ["scale_pairs=1", "sigmas=[2,3.2]", "look_ahead=[5,5]", "ring_radii=[12]"];
+    let options: Vec<&str> = one_pair.iter().flat_map(|change| ["--config", change]).collect();
+    assert!(hoverlock(&[&["design", "show"][..], &options].concat()).status.success());
+    assert!(hoverlock(&["design", "new", &file]).status.success());
+    assert_refused(&hoverlock(&["design", "set", &file, "scale_pairs=1"]), "needs a list of 2");
+    assert!(hoverlock(&[&["design", "set", &file][..], &one_pair].concat()).status.success());
+    assert!(hoverlock(&["design", "set", &file, "state=u10.8", "pixel=u10.0"]).status.success());
+    let text = fs::read_to_string(&file).unwrap();
+    assert!(text.contains("scale_pairs = 1") && text.contains("state = \"u10.8\""), "{text}");
+}
+
+#[test]
 fn the_coefficients_of_a_design_are_those_of_its_registers() {
     let output = hoverlock(&["coeffs", "--design", "small", "--json"]);
     let answer: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();

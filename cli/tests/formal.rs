@@ -193,6 +193,22 @@ fn mutations_of_shipped_claims_are_classified() {
 }
 
 #[test]
+fn times_of_a_second_solver_are_entered_by_claim() {
+    if !installed() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("table.md");
+    for claim in ["cursor", "decision", "cursor"] {
+        let output = formal(&[claim, "--solver", "z3", "--table", table.to_str().unwrap()]);
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+    }
+    let text = fs::read_to_string(&table).unwrap();
+    let rows: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("| `")?.split('`').next()).collect();
+    assert_eq!(rows, ["decision", "cursor"], "{text}");
+}
+
+#[test]
 fn bad_input_is_one_line_and_status_2() {
     let folder = tempfile::tempdir().unwrap();
     let counter = saved(folder.path(), "counter.v", COUNTER);
@@ -219,6 +235,8 @@ fn bad_input_is_one_line_and_status_2() {
         return;
     }
     assert_refused(&formal(&["difference", "--rtl", folder.path().to_str().unwrap()]), "difference.v");
+    let lacking = formal(&["component", "--rtl", folder.path().to_str().unwrap()]);
+    assert_refused(&lacking, "no claim is stated for this Verilog: component: there is no ");
     let broken = saved(folder.path(), "broken.v", "module counter (input clock);\nassign a = ;\nendmodule\n");
     assert_refused(&formal(&["--source", &broken, "--properties", &properties]), "broken.v:2");
     let silent = saved(folder.path(), "silent.sv", "module silent (input clock);\n// assert (1);\nendmodule\n");

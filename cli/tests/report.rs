@@ -232,6 +232,36 @@ fn level<'a>(report: &'a serde_json::Value, name: &str) -> &'a serde_json::Value
 }
 
 #[test]
+fn every_picture_has_a_name_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    for (number, name) in ["1/a.png", "2/a.png", "a (2).png"].into_iter().enumerate() {
+        fs::create_dir_all(folder.path().join(name).parent().unwrap()).unwrap();
+        saved(folder.path(), name, &blocks(300 + number as u32, 260));
+    }
+    let out = folder.path().join("out");
+    let run = |more: &[&str]| {
+        let mut command = without_tools(env!("CARGO_BIN_EXE_hoverlock"));
+        command
+            .current_dir(folder.path())
+            .args(["report", "1/a.png", "2/a.png", "a (2).png", "--out", "out"])
+            .args(more);
+        command.output().expect("the command runs")
+    };
+    let first = run(&[]);
+    assert!(first.status.code() != Some(2), "{first:?}");
+    let report: serde_json::Value = serde_json::from_slice(&fs::read(out.join("report.json")).unwrap()).unwrap();
+    let names: Vec<&str> =
+        report["pictures"].as_array().unwrap().iter().map(|of| of["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["a", "a (2)", "a (2) (2)"]);
+    // Nothing has changed against itself; without a baseline its page is gone.
+    let said = String::from_utf8(run(&["--baseline", "out/report.json"]).stderr).unwrap();
+    assert!(said.contains("against the baseline 0 checks fail now or are gone, 0 pass now, 0 moved"), "{said}");
+    assert!(out.join("baseline.html").exists());
+    run(&[]);
+    assert!(!out.join("baseline.html").exists());
+}
+
+#[test]
 fn a_baseline_shows_what_changed() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();

@@ -13,7 +13,7 @@ use hoverlock_formal::rounding::Subject;
 use hoverlock_formal::shipped;
 use serde::Serialize;
 
-use super::{Args, all, design, earlier, own_claim, shape, sources, take_not_stated};
+use super::{Args, NotStated, all, design, earlier, nothing_left, own_claim, shape, sources, take_not_stated};
 use crate::Verdict;
 use crate::output::{print, print_json, quoted, say, shown, verdict, write_file};
 
@@ -88,8 +88,12 @@ pub fn run(args: &Args) -> Result<Verdict> {
         None => named(args)?,
     };
     let sources = sources(args)?;
-    for name in take_not_stated(args, &mut claims, &sources)? {
-        say(&format!("{name}: not stated for this design"));
+    let not_stated = take_not_stated(args, &mut claims, &sources)?;
+    if claims.is_empty() {
+        bail!(nothing_left(&not_stated));
+    }
+    for NotStated { name, reason } in &not_stated {
+        say(&format!("{name}: not stated for this Verilog: {reason}"));
     }
     let limit = Duration::from_secs_f64(args.limit);
     let place = Place { sources: &sources, out: &args.out, limit, solver: Solver::Yices };

@@ -1,5 +1,6 @@
 //! The section of the results that lists the proofs of a second solver.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::Result;
@@ -29,23 +30,32 @@ pub fn section_of(results: &str) -> &str {
     parts(results).1
 }
 
-/// Writes the section: processor times of both solvers for each claim.
-pub fn write(file: &Path, by_yices: &[Outcome], by_other: &[Outcome], limit: f64) -> Result<()> {
+/// Enters processor times of both solvers into the section, in place of earlier ones of their claims. `names` are those
+/// of all claims, in order.
+pub fn enter(file: &Path, names: &[&str], by_yices: &[Outcome], by_other: &[Outcome], limit: f64) -> Result<()> {
     let time = |outcome: &Outcome| match outcome.status {
         Status::Proved | Status::Bounded => format!("{:.1}", outcome.processor_seconds),
         Status::Timeout => format!("**not decided in {limit} s**"),
         _ => "**not proved**".to_owned(),
     };
-    let mut table = format!(
-        "{SECTION}\nWritten by `hoverlock formal --solver z3 --table formal/RESULTS.md`: processor time of both \
-         solvers for the same questions.\n\n| claim | Yices, s | Z3, s | memory of Z3, MiB |\n|---|---|---|---|\n"
-    );
+    let text = earlier(file)?;
+    let (before, section, after) = parts(&text);
+    let mut rows = BTreeMap::new();
+    for row in section.lines() {
+        if let Some((name, _)) = row.strip_prefix("| `").and_then(|row| row.split_once('`')) {
+            rows.insert(name, row.to_owned());
+        }
+    }
     for own in by_yices {
         let Some(other) = by_other.iter().find(|other| other.name == own.name) else { continue };
-        table += &format!("| `{}` | {} | {} | {:.0} |\n", own.name, time(own), time(other), other.memory_mib);
+        let row = format!("| `{}` | {} | {} | {:.0} |", own.name, time(own), time(other), other.memory_mib);
+        rows.insert(&own.name, row);
     }
-    let text = earlier(file)?;
-    let (before, _, after) = parts(&text);
+    let rows: String = names.iter().filter_map(|name| rows.get(name)).map(|row| format!("{row}\n")).collect();
+    let table = format!(
+        "{SECTION}\nWritten by `hoverlock formal --solver z3 --table formal/RESULTS.md`: processor time of both \
+         solvers for the same questions.\n\n| claim | Yices, s | Z3, s | memory of Z3, MiB |\n|---|---|---|---|\n{rows}"
+    );
     write_file(file, format!("{before}{table}{after}").as_bytes())
 }
 
