@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Summarises the flights of `docs/hold.csv` as entries `hold.SCENE.HEIGHT.FEATURES` of `docs/results.json`, `.._narrow` in the narrow view.
+"""Summarises the flights of `docs/hold.csv` as entries `hold.SCENE.HEIGHT.FEATURES` of `docs/results.json`, `.._narrow` in the narrow view;
+`hold.all` is over several scenes.
 
 The table is a `results.csv` of `hoverlock sweep --seeds N --seconds 60 --view wide,narrow`. Run this after it has grown, then `make results`.
 """
@@ -41,9 +42,12 @@ def summaries(rows: list[dict]) -> dict[str, dict]:
     for row in rows:
         scene, height = row["scene"].replace("-", "_"), float(row["height_m"])
         view = row.get("view", "wide")
-        groups[f"hold.{scene}.{height:.0f}m.{row['features']}" + ("" if view == "wide" else f"_{view}")].append(row)
+        for of in (scene, "all"):
+            groups[f"hold.{of}.{height:.0f}m.{row['features']}" + ("" if view == "wide" else f"_{view}")].append(row)
     found = {}
     for key, group in groups.items():
+        if key.startswith("hold.all.") and len({row["scene"] for row in group}) == 1:
+            continue
         rms = [100 * float(row["rms_m"]) for row in group]
         found[key] = {"flights": len(group), "passed": sum(row["pass"] == "true" for row in group), "min": round(min(rms), 1),
                       "max": round(max(rms), 1), "rms": round(math.sqrt(sum(v * v for v in rms) / len(rms)), 2)}
