@@ -38,6 +38,17 @@ pub enum DesignError {
     Override(String),
 }
 
+impl DesignError {
+    /// Returns the key that the error is about.
+    pub(crate) fn key(&self) -> Option<&str> {
+        match self {
+            Self::UnknownKey { key } | Self::Twice { key } => Some(key),
+            Self::Value { key, .. } | Self::Missing(key) => Some(key),
+            Self::Syntax(_) | Self::Override(_) => None,
+        }
+    }
+}
+
 fn key_names() -> String {
     KEYS.each_ref().map(|key| key.name).join(", ")
 }

@@ -1,5 +1,6 @@
 //! Loads designs as a user names them: built in, in a file, or as changes of `kt27`.
 
+use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -81,23 +82,28 @@ impl DesignPoint {
     /// A file cannot be read, or the changed design is not valid.
     pub fn with_changes(&self, changes: &[impl AsRef<OsStr>]) -> Result<Self, LoadError> {
         let mut table = Table::new();
-        let mut file = None;
+        let mut files: BTreeMap<String, &Path> = BTreeMap::new();
         for change in changes.iter().map(AsRef::as_ref) {
             let path = Path::new(change);
             match change.to_str() {
-                Some(change) if change.contains('=') && !path.exists() => table.extend([entry(change)?]),
+                Some(change) if change.contains('=') && !path.exists() => {
+                    let (key, value) = entry(change)?;
+                    files.remove(&key);
+                    table.insert(key, value);
+                }
                 _ if !path.exists() => return Err(LoadError::NeitherChangeNorFile(path.into())),
                 _ => {
                     let text = read(path, "configuration")?;
                     let of_file = |source| LoadError::File { path: path.into(), source };
-                    table.extend(parse(&text).map_err(of_file)?);
-                    file = Some(path);
+                    let changes = parse(&text).map_err(of_file)?;
+                    files.extend(changes.keys().map(|key| (key.clone(), path)));
+                    table.extend(changes);
                 }
             }
         }
-        self.changed(&table).map_err(|source| match file {
-            Some(path) if changes.len() == 1 => LoadError::File { path: path.into(), source },
-            _ => source.into(),
+        self.changed(&table).map_err(|source| match source.key().and_then(|key| files.get(key)) {
+            Some(&path) => LoadError::File { path: path.into(), source },
+            None => source.into(),
         })
     }
 
@@ -161,5 +167,20 @@ mod tests {
     fn a_change_that_is_neither_a_value_nor_a_file_says_what_it_should_be() {
         let error = KT27.with_changes(&["dog_bits"]).unwrap_err().to_string();
         assert_eq!(error, "dog_bits is neither KEY=VALUE nor a configuration file");
+    }
+
+    #[test]
+    fn an_error_names_the_file_that_the_value_is_from() {
+        let folder = std::env::temp_dir().join(format!("hoverlock-changes-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let file = folder.join("part.toml");
+        std::fs::write(&file, "dog_bits = 99\nwidth = 640\n").unwrap();
+        let error = |changes: &[&OsStr]| KT27.with_changes(changes).unwrap_err().to_string();
+        let [file, height, width, bits] =
+            [file.as_os_str(), "height=480".as_ref(), "width=-1".as_ref(), "dog_bits=12".as_ref()];
+        assert!(error(&[file, height]).contains("part.toml: dog_bits = 99 is not possible"));
+        assert!(error(&[file, bits, width]).starts_with("width = -1"));
+        assert_eq!(KT27.with_changes(&[file, bits]).unwrap().width, 640);
+        std::fs::remove_dir_all(&folder).unwrap();
     }
 }
