@@ -359,7 +359,7 @@ fn tiff_error(error: tiff::TiffError) -> DecodeError {
                 RGBPalette => "palette colours",
                 CIELab => "CIE L*a*b* samples",
                 YCbCr => "YCbCr samples",
-                _ => "samples that are neither grey nor RGB, or have too few bits",
+                _ => "samples that are neither grey nor RGB",
             };
             DecodeError::unsupported(format!("a TIFF of {samples}"), SUPPORTED_SAMPLES)
         }

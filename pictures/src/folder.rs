@@ -74,8 +74,8 @@ pub fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, FolderError> {
     Ok(found)
 }
 
-/// Returns what a user should know about a picture before it is decoded: that it is turned or mirrored, or that its tag
-/// asks for that in vain, and that only its centre of `frame` columns and rows is used.
+/// Returns what a user should know about a picture before it is decoded: that it is turned or mirrored, or that its
+/// orientation tag is ignored, and that only its centre of `frame` columns and rows is used.
 pub fn remarks(file: &PictureFile, frame: Option<(usize, usize)>) -> Vec<String> {
     let name = file.path().display();
     let mut remarks = Vec::new();

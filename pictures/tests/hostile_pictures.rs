@@ -238,6 +238,24 @@ fn an_orientation_is_honoured_in_jpeg_png_and_tiff() {
     assert_eq!(file.decode().unwrap().luma[(63, 0)], 257 * 47);
 }
 
+#[test]
+fn a_tiff_with_a_palette_is_named_as_such() {
+    let folder = Folder::new();
+    let mut bytes = Cursor::new(Vec::new());
+    let mut encoder = tiff::encoder::TiffEncoder::new(&mut bytes).unwrap();
+    encoder.write_image::<tiff::encoder::colortype::Gray8>(64, 48, &[7; 64 * 48]).unwrap();
+    let mut bytes = bytes.into_inner();
+    // The tag of the photometric interpretation: one short, black is zero; a palette is 3.
+    let tag = [0x06, 0x01, 0x03, 0x00, 1, 0, 0, 0, 1, 0];
+    let at = bytes.windows(tag.len()).position(|window| window == tag).unwrap();
+    bytes[at + 8] = 3;
+    let refused = Picture::open(folder.put("a.tiff", bytes)).unwrap_err().to_string();
+    assert!(
+        refused.contains("a TIFF of palette colours; convert it to integers of 8 or 16 bits, grey or RGB"),
+        "{refused}"
+    );
+}
+
 fn stored_png() -> Vec<u8> {
     stored(64, 48, 0)
 }
