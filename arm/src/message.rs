@@ -51,7 +51,7 @@ pub const COMMAND: u32 = 4;
 pub const INERTIAL: u32 = 5;
 /// Kind of a message with rows of pixels.
 pub const PIXELS: u32 = 6;
-/// Kind of a message with the calibration of the camera.
+/// Kind of a message with the calibration of camera and IMU.
 pub const CALIBRATION: u32 = 7;
 
 /// Size of the shorter record, that of one or two scale pairs.

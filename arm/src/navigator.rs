@@ -195,7 +195,7 @@ impl Navigator {
         Ok(Next::Continue)
     }
 
-    /// Takes the calibration of the camera. With another one the reference is forgotten.
+    /// Takes the calibration of camera and IMU. With another one the reference is forgotten.
     fn calibrate(&mut self, payload: &[u8]) -> Result<(), MessageError> {
         let calibration = Calibration::parse(payload)?;
         if calibration != self.calibration {

@@ -276,7 +276,7 @@ impl Tracker {
         self.commanded = None;
     }
 
-    /// Gives the camera a calibration, and forgets all frames.
+    /// Gives camera and IMU a calibration, and forgets all frames.
     pub fn calibrate(&mut self, calibration: &Calibration) {
         self.clear();
         self.confirmed = false;

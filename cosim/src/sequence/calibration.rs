@@ -1,4 +1,4 @@
-//! The file of the camera's calibration.
+//! The file of the calibration of camera and IMU.
 //!
 //! ```toml
 //! k1 = { value = -0.021, sigma = 0.001 }
@@ -6,8 +6,8 @@
 //! principal_px = { value = [3.1, -1.4], sigma = 0.4 }
 //! ```
 //!
-//! The keys are those of [`hoverlock_arm::calibration`]. An error that has none is that of a camera which nobody has
-//! calibrated.
+//! The keys are those of [`hoverlock_arm::calibration`]. An error that is missing is that of
+//! [`Calibration::default`].
 
 use std::path::Path;
 
