@@ -132,7 +132,7 @@ impl From<SolverName> for Solver {
 #[derive(Serialize)]
 struct Report<'a> {
     results: &'a [Outcome],
-    /// Claims that are stated for the default design only, with --design.
+    /// Claims that are not stated for this Verilog.
     not_stated: Vec<&'a str>,
     /// Number of proofs that pass.
     proved: usize,

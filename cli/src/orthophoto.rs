@@ -138,6 +138,17 @@ mod tests {
         assert!(is_near(found[0], left) && is_near(found[GRID - 1], right), "{found:?} {left} {right}");
     }
 
+    /// The optical axis is at the angle `acos(cos roll cos pitch)` to the vertical, where the formula has 5.15 m.
+    #[test]
+    fn tilted_about_both_axes_the_error_is_that_along_the_ray() {
+        let camera = Camera::with_field_of_view(1, 1, 1e-3).unwrap();
+        let tilt = 20f64.to_radians();
+        let view = View::new(camera, Attitude { roll: tilt, pitch: tilt, yaw: 0.0 }, 50.0).unwrap();
+        let expected = 10.0 * (tilt.cos() * tilt.cos()).acos().tan();
+        let found = errors(&view, &Plane::filled(1, 1, 0), 10.0);
+        assert!(found.iter().all(|found| (found - expected).abs() < 0.02), "{expected} {found:?}");
+    }
+
     #[test]
     fn places_above_the_horizon_have_no_error() {
         let picture = Plane::filled(1024, 768, 0);

@@ -99,8 +99,11 @@ pub fn lossy_list<S: Serializer>(paths: &[PathBuf], serializer: S) -> Result<S::
     serializer.collect_seq(paths.iter().map(|path| path.to_string_lossy()))
 }
 
-/// Checks a file that is to be written: its extension is that of its format, it is not a folder or a device, and it is
-/// not one of the inputs. Makes its folder before the work, and returns it: it goes again if it stays empty.
+/// What is wrong with a file that is not to be written.
+const READ_ONLY: &str = "is read-only; make it writable, or name another file";
+
+/// Checks a file that is to be written: its extension is that of its format, it is not a folder, a device or read-only,
+/// and it is not one of the inputs. Makes its folder before the work, and returns it: it goes again if it stays empty.
 pub fn prepare_target(option: &str, path: &Path, endings: &[&str], inputs: &[&Path]) -> Result<Folder> {
     let name = path.display();
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
@@ -114,6 +117,9 @@ pub fn prepare_target(option: &str, path: &Path, endings: &[&str], inputs: &[&Pa
     }
     if !there.is_file() {
         bail!("{option} {name}: is there and is not a regular file; name another file");
+    }
+    if there.permissions().readonly() {
+        bail!("{option} {name}: {READ_ONLY}");
     }
     let same =
         |input: &&Path| fs::metadata(input).is_ok_and(|input| (input.dev(), input.ino()) == (there.dev(), there.ino()));
@@ -137,7 +143,10 @@ impl Aside {
         let path = there.as_deref().unwrap_or(path);
         let permissions = fs::metadata(path).ok().map(|there| there.permissions());
         if permissions.as_ref().is_some_and(Permissions::readonly) {
-            bail!("{}: is read-only; make it writable, or name another file", path.display());
+            bail!("{}: {READ_ONLY}", path.display());
+        }
+        if there.is_none() && path.is_symlink() {
+            bail!("{}: is a link to nothing; name another file", path.display());
         }
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let mut pending = None;

@@ -62,7 +62,8 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let (subjects, unfit) = subjects(&expand(&args.images)?, &design, &args.limit)?;
     // The baseline is read first, because this report may replace its file.
     let baseline = args.baseline.as_deref().map(earlier).transpose()?;
-    let folder = Folder::of(&args.out, "report", &[output::PAGE, output::NUMBERS, output::TABLE, output::TESTS])?;
+    let files = [output::PAGE, output::NUMBERS, output::TABLE, output::TESTS, baseline::PAGE];
+    let folder = Folder::of(&args.out, "report", &files)?;
     let hardware = rtl_level::prepare(&design.of_hardware());
     // `rtl` adds a step for each picture, and one to wait for its tools.
     let bar = ProgressBar::new(study::steps(subjects.len(), &design) + subjects.len() as u64 + 1);

@@ -256,7 +256,11 @@ fn a_link_leads_to_its_file_and_a_read_only_file_stays() {
     assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o640);
     fs::set_permissions(&file, fs::Permissions::from_mode(0o400)).unwrap();
     let said = refusal(&[set[0], set[1], set[2], OsStr::new("dog_bits=13")]);
-    assert!(said.contains("a.toml: is read-only"), "{said}");
+    assert!(said.contains("current.toml: is read-only"), "{said}");
+    let lost = folder.path().join("lost.toml");
+    std::os::unix::fs::symlink("nowhere.toml", &lost).unwrap();
+    let said = refusal(&[OsStr::new("design"), OsStr::new("new"), lost.as_os_str()]);
+    assert!(said.contains("lost.toml: is a link to nothing") && lost.is_symlink(), "{said}");
 }
 
 fn wait_until(what: impl Fn() -> bool) {

@@ -239,26 +239,33 @@ fn every_picture_has_a_name_of_its_own() {
         saved(folder.path(), name, &blocks(300 + number as u32, 260));
     }
     let out = folder.path().join("out");
-    let run = |more: &[&str]| {
+    let run = |to: &str, more: &[&str]| {
         let mut command = without_tools(env!("CARGO_BIN_EXE_hoverlock"));
-        command
-            .current_dir(folder.path())
-            .args(["report", "1/a.png", "2/a.png", "a (2).png", "--out", "out"])
-            .args(more);
+        command.current_dir(folder.path()).args(["report", "1/a.png", "2/a.png", "a (2).png", "--out", to]).args(more);
         command.output().expect("the command runs")
     };
-    let first = run(&[]);
+    let first = run("out", &[]);
     assert!(first.status.code() != Some(2), "{first:?}");
     let report: serde_json::Value = serde_json::from_slice(&fs::read(out.join("report.json")).unwrap()).unwrap();
     let names: Vec<&str> =
         report["pictures"].as_array().unwrap().iter().map(|of| of["name"].as_str().unwrap()).collect();
     assert_eq!(names, ["a", "a (2)", "a (2) (2)"]);
     // Nothing has changed against itself; without a baseline its page is gone.
-    let said = String::from_utf8(run(&["--baseline", "out/report.json"]).stderr).unwrap();
+    let said = String::from_utf8(run("out", &["--baseline", "out/report.json"]).stderr).unwrap();
     assert!(said.contains("against the baseline 0 checks fail now or are gone, 0 pass now, 0 moved"), "{said}");
     assert!(out.join("baseline.html").exists());
-    run(&[]);
+    run("out", &[]);
     assert!(!out.join("baseline.html").exists());
+    // One that no report has written stays.
+    let foreign = folder.path().join("site/baseline.html");
+    fs::create_dir(folder.path().join("site")).unwrap();
+    fs::write(&foreign, "mine").unwrap();
+    let refused = run("site", &[]);
+    assert_eq!(
+        (refused.status.code(), fs::read_to_string(&foreign).unwrap().as_str()),
+        (Some(2), "mine"),
+        "{refused:?}"
+    );
 }
 
 #[test]
