@@ -145,6 +145,21 @@ impl Calibration {
         )
     }
 
+    /// Inverts [`Calibration::numbers`].
+    fn of_numbers(values: [f64; VALUES], sigmas: [f64; ERRORS]) -> Self {
+        let [k1, readout, focal, x, y, roll, pitch, yaw, p, q, r, u, v, w] = values;
+        let [of_k1, of_readout, of_focal, of_principal, of_boresight, of_gyro, of_force] = sigmas;
+        Self {
+            k1: Measured { value: k1, sigma: of_k1 },
+            readout_s: Measured { value: readout, sigma: of_readout },
+            focal: Measured { value: focal, sigma: of_focal },
+            principal_px: Measured { value: [x, y], sigma: of_principal },
+            boresight_deg: Measured { value: [roll, pitch, yaw], sigma: of_boresight },
+            gyro_bias_deg_per_s: Measured { value: [p, q, r], sigma: of_gyro },
+            force_bias_m_per_s2: Measured { value: [u, v, w], sigma: of_force },
+        }
+    }
+
     /// Decodes the payload of a message.
     ///
     /// # Errors
@@ -154,16 +169,7 @@ impl Calibration {
             payload.try_into().map_err(|_| MessageError::Length { kind: CALIBRATION, bytes: payload.len() })?;
         let (numbers, _) = bytes.as_chunks();
         let number = |i: usize| f64::from_le_bytes(numbers[i]);
-        let sigma = |i: usize| number(VALUES + i);
-        let calibration = Self {
-            k1: Measured { value: number(0), sigma: sigma(0) },
-            readout_s: Measured { value: number(1), sigma: sigma(1) },
-            focal: Measured { value: number(2), sigma: sigma(2) },
-            principal_px: Measured { value: [number(3), number(4)], sigma: sigma(3) },
-            boresight_deg: Measured { value: [number(5), number(6), number(7)], sigma: sigma(4) },
-            gyro_bias_deg_per_s: Measured { value: [number(8), number(9), number(10)], sigma: sigma(5) },
-            force_bias_m_per_s2: Measured { value: [number(11), number(12), number(13)], sigma: sigma(6) },
-        };
+        let calibration = Self::of_numbers(std::array::from_fn(number), std::array::from_fn(|i| number(VALUES + i)));
         calibration.checked().map_err(|error| MessageError::Reading(error.name))
     }
 
@@ -196,7 +202,8 @@ impl Calibration {
     /// standard error of each.
     pub(crate) fn biases(&self) -> [(Vector3<f64>, f64); 2] {
         let Self { gyro_bias_deg_per_s: gyro, force_bias_m_per_s2: force, .. } = self;
-        let of_camera = |bias: Vector3<f64>| self.boresight().map_or(bias, |boresight| boresight.tr_mul(&bias));
+        let boresight = self.boresight();
+        let of_camera = |bias: Vector3<f64>| boresight.map_or(bias, |boresight| boresight.tr_mul(&bias));
         let rates = Vector3::from(gyro.value.map(f64::to_radians));
         [(of_camera(rates), gyro.sigma.to_radians()), (of_camera(Vector3::from(force.value)), force.sigma)]
     }
