@@ -349,16 +349,15 @@ fn png_error(error: png::DecodingError) -> DecodeError {
 }
 
 fn tiff_error(error: tiff::TiffError) -> DecodeError {
-    use tiff::TiffUnsupportedError::{InterpretationWithBits, UnsupportedInterpretation};
-    use tiff::tags::PhotometricInterpretation::{CIELab, RGBPalette, YCbCr};
+    use tiff::TiffUnsupportedError::InterpretationWithBits;
+    use tiff::tags::PhotometricInterpretation::{CIELab, RGBPalette};
     match error {
         tiff::TiffError::IoError(error) => error.into(),
         tiff::TiffError::LimitsExceeded => DecodeError::damaged("a strip or a tag is larger than the picture can be"),
-        tiff::TiffError::UnsupportedError(InterpretationWithBits(what, _) | UnsupportedInterpretation(what)) => {
+        tiff::TiffError::UnsupportedError(InterpretationWithBits(what, _)) => {
             let samples = match what {
                 RGBPalette => "palette colours",
                 CIELab => "CIE L*a*b* samples",
-                YCbCr => "YCbCr samples",
                 _ => "samples that are neither grey nor RGB",
             };
             DecodeError::unsupported(format!("a TIFF of {samples}"), SUPPORTED_SAMPLES)
@@ -373,9 +372,8 @@ fn tiff_error(error: tiff::TiffError) -> DecodeError {
 
 /// Names samples that are not converted to luma.
 fn tiff_colour(colour: tiff::ColorType) -> String {
-    use tiff::ColorType::{CMYK, CMYKA, Gray, GrayA, Lab, Palette, RGB, RGBA, YCbCr};
+    use tiff::ColorType::{CMYK, CMYKA, Gray, GrayA, Lab, RGB, RGBA, YCbCr};
     match colour {
-        Palette(_) => "palette colours".into(),
         YCbCr(_) => "YCbCr samples".into(),
         Lab(_) => "CIE L*a*b* samples".into(),
         Gray(bits) | GrayA(bits) | RGB(bits) | RGBA(bits) | CMYK(bits) | CMYKA(bits) => format!("{bits}-bit samples"),
