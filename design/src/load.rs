@@ -171,9 +171,8 @@ mod tests {
 
     #[test]
     fn an_error_names_the_file_that_the_value_is_from() {
-        let folder = std::env::temp_dir().join(format!("hoverlock-changes-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        let file = folder.join("part.toml");
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("part.toml");
         std::fs::write(&file, "dog_bits = 99\nwidth = 640\n").unwrap();
         let error = |changes: &[&OsStr]| KT27.with_changes(changes).unwrap_err().to_string();
         let [file, height, width, bits] =
@@ -181,6 +180,5 @@ mod tests {
         assert!(error(&[file, height]).contains("part.toml: dog_bits = 99 is not possible"));
         assert!(error(&[file, bits, width]).starts_with("width = -1"));
         assert_eq!(KT27.with_changes(&[file, bits]).unwrap().width, 640);
-        std::fs::remove_dir_all(&folder).unwrap();
     }
 }
