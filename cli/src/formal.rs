@@ -1,5 +1,6 @@
 //! `hoverlock formal`: claims about Verilog, proved for all inputs.
 
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -348,6 +349,12 @@ fn earlier(file: &Path) -> Result<String> {
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(String::new()),
         read => read.with_context(|| format!("--table {}: its results cannot be kept; name another file", shown(file))),
     }
+}
+
+/// Returns the rows of a section of the results by the claims that they begin with.
+fn rows_of(section: &str) -> BTreeMap<String, String> {
+    let claim = |row: &str| row.strip_prefix("| `")?.split_once('`').map(|(name, _)| name.to_owned());
+    section.lines().filter_map(|row| Some((claim(row)?, row.to_owned()))).collect()
 }
 
 /// Returns a table of the proved bounds beside the largest errors measured.

@@ -140,15 +140,15 @@ impl Aside {
     /// Creates an empty file. In place of a link its target is written; a file that is there keeps its permissions.
     pub fn new(path: &Path) -> Result<Self> {
         let there = path.canonicalize().ok();
-        let path = there.as_deref().unwrap_or(path);
-        let permissions = fs::metadata(path).ok().map(|there| there.permissions());
-        if permissions.as_ref().is_some_and(Permissions::readonly) {
-            bail!("{}: {READ_ONLY}", path.display());
-        }
         if there.is_none() && path.is_symlink() {
             bail!("{}: is a link to nothing; name another file", path.display());
         }
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let target = there.unwrap_or_else(|| path.to_owned());
+        let permissions = fs::metadata(&target).ok().map(|there| there.permissions());
+        if permissions.as_ref().is_some_and(Permissions::readonly) {
+            bail!("{}: {READ_ONLY}", path.display());
+        }
+        let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let mut pending = None;
         let file = Builder::new()
             .prefix(".hoverlock")
@@ -163,7 +163,7 @@ impl Aside {
         if let Some(permissions) = permissions {
             fs::set_permissions(&file, permissions).with_context(|| unwritable(path))?;
         }
-        Ok(Self { _pending: pending, file, path: path.to_owned() })
+        Ok(Self { _pending: pending, file, path: target })
     }
 
     /// Returns the temporary path.

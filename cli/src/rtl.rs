@@ -59,43 +59,42 @@ struct Common {
 impl Common {
     /// Returns the design and its folder. The default design has the folder of the project, which no other design may
     /// overwrite.
-    fn design(&self) -> Result<(DesignPoint, PathBuf)> {
+    ///
+    /// # Errors
+    /// There is no such design, or the folder of the project is meant and is not here.
+    fn target(&self) -> Result<Target> {
         let design = self.chosen.design()?.of_hardware();
-        let own = || if design == *KT27 { "rtl".into() } else { Path::new("out/rtl").join(self.chosen.name()) };
+        let is_default = design == *KT27;
+        let own = || if is_default { "rtl".into() } else { Path::new("out/rtl").join(self.chosen.name()) };
         let out = self.out.clone().unwrap_or_else(own);
-        Ok((design, out))
+        let is_here = Path::new("registers/Cargo.toml").is_file() && Path::new("rtl").is_dir();
+        if is_default && self.out.is_none() && !is_here {
+            bail!("{}: no such folder of the project here; run this in the project, or give --out", shown(&out));
+        }
+        let is_project = is_default && is_here && out.canonicalize().ok() == Path::new("rtl").canonicalize().ok();
+        Ok(Target { design, out, is_project })
     }
 
     /// Returns the options that mean this design in this folder.
-    fn options(&self, out: &Path) -> String {
-        let out = self.out.as_ref().map_or_else(String::new, |_| format!(" --out {}", quoted(out)));
+    fn options(&self) -> String {
+        let out = self.out.as_ref().map_or_else(String::new, |out| format!(" --out {}", quoted(out)));
         self.chosen.options() + &out
-    }
-
-    /// Returns the path of an emitted file in the folder `out` of [`Common::design`].
-    fn path(&self, design: &DesignPoint, out: &Path, file: &File) -> PathBuf {
-        if self.is_project(design) { project_path(&file.path) } else { out.join(&file.path) }
-    }
-
-    /// Is the folder of the project meant, where some files are in other folders?
-    fn is_project(&self, design: &DesignPoint) -> bool {
-        let is_project =
-            |out: &Path| is_in_project() && out.canonicalize().ok() == Path::new("rtl").canonicalize().ok();
-        *design == *KT27 && self.out.as_deref().is_none_or(is_project)
-    }
-
-    /// Checks that the folder of the project is there if it is meant.
-    fn check_project(&self, design: &DesignPoint, out: &Path) -> Result<()> {
-        if self.is_project(design) && !(out.is_dir() && is_in_project()) {
-            bail!("{}: no such folder of the project here; run this in the project, or give --out", shown(out));
-        }
-        Ok(())
     }
 }
 
-/// Returns `true` if the current folder is that of the project.
-fn is_in_project() -> bool {
-    Path::new("registers/Cargo.toml").is_file()
+/// A design and the folder of its emitted files.
+struct Target {
+    design: DesignPoint,
+    out: PathBuf,
+    /// The folder is that of the project, where some files are in other folders.
+    is_project: bool,
+}
+
+impl Target {
+    /// Returns the path of an emitted file.
+    fn path(&self, file: &File) -> PathBuf {
+        if self.is_project { project_path(&file.path) } else { self.out.join(&file.path) }
+    }
 }
 
 #[derive(clap::Args)]
@@ -131,13 +130,12 @@ pub fn run(args: &Args) -> Result<Verdict> {
 }
 
 fn emit(common: &Common) -> Result<Verdict> {
-    let (design, out) = common.design()?;
-    common.check_project(&design, &out)?;
-    let files = emitted(&design)?;
+    let target = common.target()?;
+    let files = emitted(&target.design)?;
     let mut folders = Vec::new();
     let mut batch = Batch::default();
     for file in &files {
-        let path = common.path(&design, &out, file);
+        let path = target.path(file);
         folders.push(Folder::holding(&path)?);
         // A file that has not changed keeps its time, so that no tool processes it again.
         if std::fs::read_to_string(&path).ok().as_ref() != Some(&file.text) {
@@ -146,30 +144,28 @@ fn emit(common: &Common) -> Result<Verdict> {
     }
     batch.keep()?;
     drop(folders);
-    say_strays(&strays(&out.join("verilog"), &files)?);
+    say_strays(&strays(&target.out.join("verilog"), &files)?);
     let emitted = Emitted { files: files.into_iter().map(|file| file.path).collect() };
     if common.json {
         print_json(&emitted)?;
     } else {
-        print(&format!("{} files in {}\n", emitted.files.len(), shown(&out)))?;
+        print(&format!("{} files in {}\n", emitted.files.len(), shown(&target.out)))?;
     }
     Ok(Verdict::Pass)
 }
 
 fn check(common: &Common) -> Result<Verdict> {
-    let (design, out) = common.design()?;
-    common.check_project(&design, &out)?;
-    if !out.is_dir() {
-        bail!("{}: no such folder; write it with `{MEND}{}`, or give --out", shown(&out), common.options(&out));
+    let target = common.target()?;
+    if !target.out.is_dir() {
+        bail!("{}: no such folder; write it with `{MEND}{}`, or give --out", shown(&target.out), common.options());
     }
-    let files = emitted(&design)?;
-    let is_fresh =
-        |file: &&File| std::fs::read_to_string(common.path(&design, &out, file)).is_ok_and(|text| text == file.text);
+    let files = emitted(&target.design)?;
+    let is_fresh = |file: &&File| std::fs::read_to_string(target.path(file)).is_ok_and(|text| text == file.text);
     let stale: Vec<String> = files.iter().filter(|file| !is_fresh(file)).map(|file| file.path.clone()).collect();
-    let strays = strays(&out.join("verilog"), &files)?;
+    let strays = strays(&target.out.join("verilog"), &files)?;
     let checked = Checked { fresh: stale.is_empty() && strays.is_empty(), stale, strays };
     if let Some(first) = checked.stale.first() {
-        let mend = format!("{MEND}{}", common.options(&out));
+        let mend = format!("{MEND}{}", common.options());
         let (stale, more) = (first, checked.stale.len() - 1);
         let more = if more > 0 { format!(", and {more} more") } else { String::new() };
         say(&format!("{stale} is stale{more}; run `{mend}`"));

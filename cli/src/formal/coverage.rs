@@ -1,10 +1,9 @@
 //! `hoverlock formal --coverage`: the share of mutations drawn by chance that a claim's proof detects.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use hoverlock_formal::claim::{Claim, Hole};
 use hoverlock_formal::coverage::{Campaign, Class, MAX_MUTATIONS, Mutation};
 use hoverlock_formal::engine::Solver;
@@ -13,7 +12,7 @@ use hoverlock_formal::rounding::Subject;
 use hoverlock_formal::shipped;
 use serde::Serialize;
 
-use super::{Args, NotStated, all, design, earlier, nothing_left, own_claim, shape, sources, take_not_stated};
+use super::{Args, NotStated, all, design, earlier, nothing_left, own_claim, rows_of, shape, sources, take_not_stated};
 use crate::Verdict;
 use crate::output::{print, print_json, quoted, say, shown, verdict, write_file};
 
@@ -260,11 +259,7 @@ fn enter(file: &Path, score: &Score) -> Result<()> {
 
 /// Returns the section with this score in place of an earlier one of its claim, and all holes of claims.
 fn table(earlier: &str, score: &Score) -> Result<String> {
-    let mut rows: BTreeMap<String, String> = BTreeMap::new();
-    for row in earlier.lines().filter(|line| line.starts_with("| `")) {
-        let name = row.split('`').nth(1).context("the table of results has a row without a claim")?;
-        rows.insert(name.to_owned(), row.to_owned());
-    }
+    let mut rows = rows_of(earlier);
     let Score { claim, seed, drawn, harmless, killed, unproved, survivors, undecided, in_holes, seconds, .. } = score;
     rows.insert(
         claim.clone(),

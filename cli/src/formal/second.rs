@@ -1,12 +1,11 @@
 //! The section of the results that lists the proofs of a second solver.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::Result;
 use hoverlock_formal::prove::{Outcome, Status};
 
-use super::earlier;
+use super::{earlier, rows_of};
 use crate::output::write_file;
 
 /// Head of the section. That about coverage follows.
@@ -40,18 +39,13 @@ pub fn enter(file: &Path, names: &[&str], by_yices: &[Outcome], by_other: &[Outc
     };
     let text = earlier(file)?;
     let (before, section, after) = parts(&text);
-    let mut rows = BTreeMap::new();
-    for row in section.lines() {
-        if let Some((name, _)) = row.strip_prefix("| `").and_then(|row| row.split_once('`')) {
-            rows.insert(name, row.to_owned());
-        }
-    }
+    let mut rows = rows_of(section);
     for own in by_yices {
         let Some(other) = by_other.iter().find(|other| other.name == own.name) else { continue };
         let row = format!("| `{}` | {} | {} | {:.0} |", own.name, time(own), time(other), other.memory_mib);
-        rows.insert(&own.name, row);
+        rows.insert(own.name.clone(), row);
     }
-    let rows: String = names.iter().filter_map(|name| rows.get(name)).map(|row| format!("{row}\n")).collect();
+    let rows: String = names.iter().filter_map(|&name| rows.get(name)).map(|row| format!("{row}\n")).collect();
     let table = format!(
         "{SECTION}\nWritten by `hoverlock formal CLAIM --solver z3 --table formal/RESULTS.md`: processor time of both \
          solvers for the same questions. A claim without a row was not put to both.\n\n\
