@@ -196,3 +196,37 @@ fn a_fault_in_a_fifo_is_found() {
     let text = lost(1).unwrap_err().to_string();
     assert!(text.contains("out at") && text.contains("the beat changed while valid waited for ready"), "{text}");
 }
+
+#[test]
+fn a_reset_inside_a_packet_drops_it_on_both_sides() {
+    for strict in [Rules::Strict, Rules::Recorded] {
+        let (mut sim, dut, clk, reset) = start(build("avalon_fifo").parameter("WIDTH", 8).parameter("EMPTY", 1), "rst");
+        let source = Source::new(&dut, &clk, Ports::find(&dut, "in_", AVALON).unwrap(), Some(reset.clone())).unwrap();
+        let sink = Sink::new(&dut, &clk, Ports::find(&dut, "out_", AVALON).unwrap(), Some(reset), strict).unwrap();
+        let rst = dut.signal("rst").unwrap();
+        let second = Frame::new(&[100u8, 101, 102, 103]);
+        run(&mut sim, async {
+            clk.cycles(5).await;
+            source.send(&Frame::new(&(0u8..16).collect::<Vec<_>>()))?;
+            source.send(&second)?;
+            clk.cycles(8).await;
+            assert!(source.sent() > 2 && source.pending() > 4, "the reset comes inside the first packet");
+            rst.set(1)?;
+            clk.cycles(3).await;
+            rst.set(0)?;
+            assert_eq!(source.pending(), 4, "the second packet alone");
+            assert_eq!(dut.with_timeout(Time::us(1), sink.recv()).await?, second);
+            dut.with_timeout(Time::us(1), source.drained()).await?;
+            Ok(())
+        });
+        assert!(sink.violations().is_empty(), "{:?}", sink.violations());
+    }
+}
+
+#[test]
+fn a_ready_latency_of_more_cycles_than_are_kept_is_refused() {
+    let sim = common::sim(build("avalon_fifo"));
+    let found = Ports::find(&sim.dut(), "in_", Dialect::Avalon { ready_latency: 65 });
+    assert!(found.err().unwrap().to_string().contains("at most 64 cycles"));
+    assert!(Ports::find(&sim.dut(), "in_", Dialect::Avalon { ready_latency: 64 }).is_ok());
+}

@@ -101,6 +101,10 @@ class _Source:
         """
         self._raw.set_pause(pause, seed)
 
+    def clear(self) -> None:
+        """Discards everything queued. A reset discards only the rest of the packet in progress."""
+        self._raw.clear()
+
     def drained(self) -> Trigger:
         """Returns a trigger that fires when the design has accepted everything queued."""
         return self._raw.drained()
@@ -161,6 +165,10 @@ class _Listener:
         parts = self._raw.try_recv()
         return None if parts is None else Frame(*parts)
 
+    def clear(self) -> None:
+        """Discards what was received and not fetched. A reset discards only the packet in progress."""
+        self._raw.clear()
+
     def __len__(self) -> int:
         return len(self._raw)
 
@@ -210,7 +218,7 @@ class AvalonSource(_Source):
     clock : Handle
         The clock; beats move at its rising edges.
     reset : Handle, optional
-        While the reset is active, the bus model is idle and checks nothing.
+        While the reset is active, the bus model is idle and checks nothing; the packet in progress is dropped.
     reset_active : bool
         The level at which the reset is active.
     ready_latency : int
@@ -245,7 +253,7 @@ class AvalonSink(_Sink):
     clock : Handle
         The clock; beats move at its rising edges.
     reset : Handle, optional
-        While the reset is active, the bus model is idle and checks nothing.
+        While the reset is active, the bus model is idle and checks nothing; the packet in progress is dropped.
     reset_active : bool
         The level at which the reset is active.
     ready_latency : int

@@ -84,6 +84,11 @@ impl RawSource {
         Ok(())
     }
 
+    fn clear(&self) -> PyResult<()> {
+        self.source.get()?.clear();
+        Ok(())
+    }
+
     fn drained(&self) -> PyResult<Trigger> {
         Ok(Trigger::new(self.source.get()?.idle().trigger()))
     }
@@ -163,6 +168,11 @@ impl RawListener {
             })
         });
         Ok(Symbols { task: OnThread::new(EngineTask { id: task.id(), dut }), value: OnThread::new(value) })
+    }
+
+    fn clear(&self) -> PyResult<()> {
+        either!(self, l => l.clear());
+        Ok(())
     }
 
     fn arrived(&self) -> PyResult<Trigger> {

@@ -138,6 +138,10 @@ impl<const W: usize> Listener<W> {
         if active {
             self.offer.clear();
             self.history = ReadyHistory::default();
+            // Its sender is reset too, and begins with a new one.
+            if self.ports.last.is_some() {
+                self.collector.borrow_mut().open = None;
+            }
         }
         active
     }

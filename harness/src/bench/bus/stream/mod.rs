@@ -21,17 +21,30 @@ pub use self::ports::Ports;
 pub(super) use self::ports::ReadyHistory;
 pub use self::sink::{Monitor, Sink};
 pub use self::source::Source;
+use crate::bench::error::Error;
 
 /// The protocol: names of the signals, and order of the symbols in a beat.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dialect {
     /// `valid ready data startofpacket endofpacket empty channel error`.
     Avalon {
-        /// Cycles from `ready` to the beat it allows.
+        /// Cycles from `ready` to the beat it allows, at most 64.
         ready_latency: u32,
     },
     /// `tvalid tready tdata tlast tkeep tid tdest tuser`.
     Axi,
+}
+
+impl Dialect {
+    /// Returns an error if the ready latency is over 64 cycles, of which the values of `ready` are kept.
+    pub(super) fn check(self) -> Result<(), Error> {
+        match self {
+            Dialect::Avalon { ready_latency: 65.. } => {
+                Err(Error::bench("the ready latency of a stream is at most 64 cycles"))
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 /// A packet, or a part of a stream without packets.

@@ -113,8 +113,9 @@ impl Ports {
     /// `data`; see [`Ports::symbols_of`].
     ///
     /// # Errors
-    /// If `valid` or `data` is missing, or `data` is wider than 512 bits.
+    /// If `valid` or `data` is missing, `data` is wider than 512 bits, or the ready latency is over 64 cycles.
     pub fn find(dut: &Dut, prefix: &str, dialect: Dialect) -> Result<Ports, Error> {
+        dialect.check()?;
         let t = if dialect == Dialect::Axi { "t" } else { "" };
         let some = |name: &str| optional(dut, prefix, name);
         let avalon = |name: &str| if dialect == Dialect::Axi { Ok(None) } else { some(name) };

@@ -128,6 +128,19 @@ impl Source {
     }
 }
 
+impl SourceState {
+    /// Discards the rest of the first frame, whose receiver has lost the part before it.
+    fn drop_first(&mut self, lanes: usize) {
+        if let Some(frame) = self.frames.pop_front() {
+            self.pending -= (frame.symbols.len() - self.taken).div_ceil(lanes);
+        }
+        (self.taken, self.gap) = (0, 0);
+        if self.pending == 0 {
+            self.idle.set();
+        }
+    }
+}
+
 impl<const W: usize> SourceAgent<W> {
     fn new(ports: &Ports, reset: Option<Reset>, state: &Rc<RefCell<SourceState>>) -> SourceAgent<W> {
         SourceAgent { ports: ports.clone(), reset, history: ReadyHistory::default(), state: state.clone() }
@@ -142,6 +155,9 @@ impl<const W: usize> Agent for SourceAgent<W> {
         if self.reset.as_ref().is_some_and(Reset::is_active) {
             state.presented = false;
             self.history = ReadyHistory::default();
+            if self.ports.last.is_some() && state.taken > 0 {
+                state.drop_first(self.ports.lanes as usize);
+            }
             return Ok(self.ports.valid.set(0)?);
         }
         let ready = self.ports.is_ready();
