@@ -147,3 +147,29 @@ fn a_coroutine_of_another_language_gets_each_outcome() {
     dut.cancel(id);
     assert_eq!(*list.borrow(), ["Start", "cancelled"]);
 }
+
+/// A coroutine that cancels itself and goes on to a wait.
+struct CancelsItself(hoverlock_harness::sim::Dut, Rc<RefCell<Vec<&'static str>>>);
+
+impl Coroutine for CancelsItself {
+    fn resume(&mut self, _: Outcome) -> Step {
+        self.1.borrow_mut().push("resumed");
+        self.0.cancel(self.0.current_task().expect("a task runs"));
+        Step::Wait(Trigger::Timer(Time::ns(1)))
+    }
+
+    fn cancel(&mut self) {
+        self.1.borrow_mut().push("cancelled");
+    }
+}
+
+#[test]
+fn a_coroutine_that_cancels_itself_learns_of_it_at_its_next_wait() {
+    let mut sim = sim(build("dff"));
+    let dut = sim.dut();
+    dut.clock("clk", PERIOD).unwrap();
+    let seen = Rc::new(RefCell::new(Vec::new()));
+    dut.spawn_coroutine("itself", Box::new(CancelsItself(dut.clone(), seen.clone())));
+    sim.run_for(PERIOD).unwrap();
+    assert_eq!(*seen.borrow(), ["resumed", "cancelled"]);
+}

@@ -7,7 +7,7 @@ use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 use common::{build, run, sim};
-use hoverlock_harness::sim::{Either, Failure, Level, Limits, Signal, Sim, Wait, both, expect_equal, race};
+use hoverlock_harness::sim::{Either, Failure, Level, Limits, Signal, Sim, Trigger, Wait, both, expect_equal, race};
 use hoverlock_harness::{Error, ModelError, SimError, Time};
 
 const PERIOD: Time = Time::ns(10);
@@ -565,4 +565,24 @@ fn a_bench_that_fails_is_told_first() {
     let text = sim.run(async { dut.signal("dd").map(|_| ()) }).unwrap_err().to_string();
     assert_eq!(text, "no signal 'dd' in 'dff'; nearest: d");
     assert!(matches!(dut.signal("q").unwrap().set(1), Err(ModelError::NotWritable { .. })));
+}
+
+#[test]
+fn a_failure_that_first_no_longer_waits_for_fails_the_run() {
+    let mut sim = clocked("dff");
+    let dut = sim.dut();
+    let (timed, begun) = (dut.clone(), dut.clone());
+    let ended = sim.run(async move {
+        let failing = timed.clone();
+        let task = timed.spawn("check", async move {
+            failing.timer(Time::ns(100)).await;
+            Err::<(), _>(Failure::new("wrong"))
+        });
+        begun.timer(Time::ns(50)).await;
+        // Both are due at 100 ns, the task after the timer.
+        let either = Trigger::first([Trigger::Timer(Time::ns(50)), Trigger::Join(task.id())]);
+        begun.wait(either).await;
+        Ok::<(), Error>(())
+    });
+    assert_eq!(ended.unwrap_err().to_string(), "task 'check' failed at 100 ns: wrong");
 }

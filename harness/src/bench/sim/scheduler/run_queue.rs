@@ -136,7 +136,7 @@ impl Core {
         }
         let mut heard = false;
         for wait_id in joiners {
-            heard |= self.is_armed(wait_id);
+            heard |= self.wait_table.borrow().is_heard(wait_id);
             self.fire(wait_id, joined(ending.clone()));
         }
         if let Ending::Failed(failure) = ending
@@ -354,8 +354,11 @@ impl Core {
             task.cancel_requested = false;
             ending.or(refused).unwrap_or(Ending::Cancelled)
         };
+        let is_cancelled = matches!(ending, Ending::Cancelled);
         self.end_task(id, ending);
-        drop(body);
+        if let (Body::Coroutine(mut coroutine), true) = (body, is_cancelled) {
+            coroutine.cancel();
+        }
         // A waker of `FuturesUnordered` may have been called inside the poll.
         self.collect_woken();
     }

@@ -92,6 +92,19 @@ impl WaitTable {
         self.get(wait_id).is_some_and(|n| n.state == State::Armed)
     }
 
+    /// Returns `true` if the end of a wait reaches somebody: it is armed, and no `First` that it is a part of has ended
+    /// by another part. A `Combine` looks at all of its parts.
+    pub fn is_heard(&self, wait_id: WaitId) -> bool {
+        let Some(slot) = self.get(wait_id) else { return false };
+        if slot.state != State::Armed && !matches!(slot.waiting, Waiting::Combine(..)) {
+            return false;
+        }
+        match slot.target {
+            Target::Parent(parent, _) => self.is_heard(parent),
+            Target::Task(_) | Target::Waker(_) => true,
+        }
+    }
+
     /// Frees a slot and returns its contents; ids that still name it have an old generation.
     #[inline]
     pub fn remove(&mut self, wait_id: WaitId) -> Option<(State, Waiting, Option<Box<Outcome>>)> {
