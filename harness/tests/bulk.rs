@@ -4,10 +4,10 @@ mod common;
 
 use common::buses::{AVALON, PERIOD, any_pause, pauses, start};
 use common::{build, run, sim};
-use hoverlock_harness::Time;
 use hoverlock_harness::bus::Random;
 use hoverlock_harness::bus::bulk::{Bulk, Element, Options, run_cycles};
 use hoverlock_harness::bus::stream::{Dialect, Frame, Ports, Rules, Sink, Source};
+use hoverlock_harness::{Error, Time};
 use proptest::prelude::*;
 
 #[test]
@@ -179,4 +179,33 @@ fn what_the_verilog_says_in_bulk_is_heard_and_only_errors_end_it() {
             Some(text) => assert!(result.unwrap_err().contains(text)),
         }
     }
+}
+
+#[test]
+fn buffered_writes_are_put_before_a_transfer_and_time_never_goes_back() {
+    let mut sim = sim(build("counter"));
+    let dut = sim.dut();
+    let clock = dut.clock("clk", PERIOD).unwrap();
+    let count = dut.signal("count").unwrap();
+    sim.run_for(PERIOD).unwrap();
+    dut.signal("enable").unwrap().set(1).unwrap();
+    dut.signal("step").unwrap().set(3).unwrap();
+    let timer = dut.timer(Time::ns(50));
+    let waiting = dut.spawn("waiting", async move {
+        timer.await;
+        Ok::<(), Error>(())
+    });
+    sim.run_for(Time::ns(1)).unwrap();
+    let before = count.get();
+    dut.signal("step").unwrap().set(2).unwrap();
+    run_cycles(&mut sim, &clock, 20).unwrap();
+    assert_eq!(count.get(), before + 2 * 20, "each of the 20 edges saw the new step");
+    let reached = dut.now();
+    sim.run_for(Time::ns(1)).unwrap();
+    assert!(dut.now() >= reached, "{} after {reached}", dut.now());
+    assert!(dut.ending(waiting.id()).is_some(), "its time came during the transfer");
+    let second = dut.clock("rst", PERIOD).unwrap();
+    let refused = run_cycles(&mut sim, &clock, 1).unwrap_err().to_string();
+    assert!(refused.contains("one clock is driven without the scheduler"), "{refused}");
+    second.stop();
 }

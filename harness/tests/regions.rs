@@ -353,3 +353,43 @@ fn large_writes_at_an_edge_of_the_only_clock_are_put_in_that_step() {
         Ok(())
     });
 }
+
+#[test]
+fn a_write_after_an_edge_counts_though_the_design_changes_the_signal_at_the_edge() {
+    let mut sim = sim(build("counter"));
+    sim.deposit_on_outputs(true);
+    let dut = sim.dut();
+    dut.clock("clk", PERIOD).unwrap();
+    let (clk, count) = (dut.signal("clk").unwrap(), dut.signal("count").unwrap());
+    let wide = dut.wide("count").unwrap();
+    run(&mut sim, async {
+        dut.signal("enable")?.set(1)?;
+        dut.signal("step")?.set(1)?;
+        for _ in 0..6 {
+            clk.rising_edge().await;
+            count.set(5)?;
+            dut.read_only().await;
+            assert_eq!(count.get(), 5, "written after the evaluation of the edge, which made it 6");
+        }
+        clk.rising_edge().await;
+        count.set_bits(0x80, 0x80)?;
+        count.set_bits(0x40, 0)?;
+        dut.read_only().await;
+        assert_eq!(count.get(), 0x86, "the other bits have what the edge made them");
+        clk.rising_edge().await;
+        wide.set_bits(&[0xc0], &[0x40])?;
+        dut.read_only().await;
+        assert_eq!(wide.get(), [0x47]);
+        clk.rising_edge().await;
+        count.set_bits(0x01, 0x01)?;
+        count.set(9)?;
+        count.set_bits(0x06, 0x06)?;
+        dut.read_only().await;
+        assert_eq!(count.get(), 15, "the last write of each bit counts");
+        Ok(())
+    });
+    let outside = count.set_bits(1, 3).unwrap_err();
+    assert!(matches!(outside, ModelError::OutsideOfMask { .. }), "{outside}");
+    assert!(matches!(wide.set_bits(&[1], &[3]), Err(ModelError::OutsideOfMask { .. })));
+    assert!(matches!(count.set_bits(0x100, 0), Err(ModelError::OutOfRange { .. })));
+}

@@ -76,6 +76,9 @@ pub enum ModelError {
     /// A signal wider than 64 bits, asked for as a number.
     #[error("'{signal}' is {width} bits wide: use `wide` in place of `signal`")]
     TooWide { signal: String, width: u32 },
+    /// A write of some bits whose value has others.
+    #[error("the value for some bits of '{signal}' has others: clear those that its mask does not have")]
+    OutsideOfMask { signal: String },
     /// A memory asked for as a signal, or a signal as a memory.
     #[error("'{signal}' {is}: use `{instead}`")]
     WrongShape { signal: String, is: &'static str, instead: &'static str },

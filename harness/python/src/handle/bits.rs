@@ -23,7 +23,7 @@ pub struct Bits {
 }
 
 impl Bits {
-    /// Returns the signal and the position of a single bit.
+    /// Returns the signal and the place of a single bit, counted from the right.
     ///
     /// # Errors
     /// `TypeError` for several bits, or for a signal of more than 64; `what` is the class that the message names.
@@ -72,7 +72,8 @@ impl Bits {
     }
 
     fn __repr__(&self, py: Python<'_>) -> String {
-        format!("<{}[{}:{}]>", self.handle.bind(py).get().name(), self.low + self.width - 1, self.low)
+        let handle = self.handle.bind(py).get();
+        format!("<{}[{}:{}]>", handle.name(), handle.index_at(self.low + self.width - 1), handle.index_at(self.low))
     }
 }
 

@@ -38,6 +38,8 @@ pub struct Handle {
     pub(super) top: Arc<str>,
     pub(super) direction: Direction,
     pub(super) width: u32,
+    /// The indices of the leftmost and the rightmost bit, as declared.
+    pub(super) range: (i64, i64),
     pub(super) signed: bool,
     pub(super) items: EnumItems,
     pub(super) fields: Vec<Field>,
@@ -58,7 +60,7 @@ impl Handle {
             let id = signal.id();
             (Access::Word(signal), id)
         };
-        let SignalInfo { name, direction, width, signed, items, fields, .. } = info;
+        let SignalInfo { name, direction, width, bits: range, signed, items, fields, .. } = info;
         let (rising, falling, change) = (PyOnceLock::new(), PyOnceLock::new(), PyOnceLock::new());
         Ok(Handle {
             access: OnThread::new(access),
@@ -68,6 +70,7 @@ impl Handle {
             top: top.clone(),
             direction,
             width,
+            range,
             signed,
             items,
             fields,
@@ -146,6 +149,12 @@ impl Handle {
         }
     }
 
+    /// Returns the declared index of the bit at a place counted from the right.
+    pub fn index_at(&self, place: u32) -> i64 {
+        let (left, right) = self.range;
+        if left < right { right - i64::from(place) } else { right + i64::from(place) }
+    }
+
     /// Forces, freezes or releases the `width` bits from `low` on.
     #[cold]
     pub(super) fn change(&self, change: &Change<'_>, low: u32, width: u32) -> PyResult<()> {
@@ -160,7 +169,7 @@ impl Handle {
         change.make(&forcing, &self.name, low, width)
     }
 
-    /// Writes the `width` bits from `low` on; the others stay as they are, or as they were written before.
+    /// Writes the `width` bits from `low` on; the others stay as they are.
     pub(super) fn write_bits(&self, value: &Bound<'_, PyAny>, low: u32, width: u32) -> PyResult<()> {
         let py = value.py();
         let given = number_of(value, &self.name)?;
@@ -170,14 +179,17 @@ impl Handle {
         if given.lt(0)? || given.ge(&size)? {
             return Err(RangeError::new_err(format!("{value} does not fit {width} bits of '{}'", self.name)));
         }
-        let whole = match self.access.get()? {
-            Access::Word(signal) => Stored::word(signal.get_pending()),
-            Access::Wide(wide) => Stored::Wide(wide.get_pending().into_boxed_slice()),
-        };
-        let whole = Value { bits: whole, width: self.width, signed: false }.int(py)?;
-        let mask = size.sub(&one)?.lshift(low)?;
-        let kept = whole.sub(whole.bitand(&mask)?)?;
-        self.write_int(kept.bitor(given.lshift(low)?)?.cast::<PyInt>()?)
+        let (mask, given) = (size.sub(&one)?.lshift(low)?, given.lshift(low)?);
+        match self.access.get()? {
+            Access::Word(signal) => signal.set_bits(mask.extract()?, given.extract()?),
+            Access::Wide(wide) => {
+                let words = |number: &Bound<'_, PyAny>| -> PyResult<Vec<u32>> {
+                    words_of_int(number.cast::<PyInt>()?, self.width)?.ok_or_else(|| self.out_of_range(number))
+                };
+                wide.set_bits(&words(&mask)?, &words(&given)?)
+            }
+        }
+        .map_err(|e| errors::of_model(&e))
     }
 
     #[cold]

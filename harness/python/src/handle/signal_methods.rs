@@ -79,10 +79,10 @@ impl Handle {
         }
     }
 
-    /// The highest and the lowest bit.
+    /// The indices of the leftmost and the rightmost bit, as declared.
     #[getter]
-    fn _range(&self) -> (u32, u32) {
-        (self.width - 1, 0)
+    fn _range(&self) -> (i64, i64) {
+        self.range
     }
 
     /// A logger with the name of the signal.
@@ -119,9 +119,10 @@ impl Handle {
         self.width as usize
     }
 
-    /// Bits of the signal: `dut.bus[3]` or `dut.bus[7:4]`. They are read and written like a signal.
+    /// Bits of the signal, by the indices of its declaration: `dut.bus[3]` or `dut.bus[7:4]`. They are read and written
+    /// like a signal.
     fn __getitem__(slf: &Bound<'_, Self>, index: &Bound<'_, PyAny>) -> PyResult<Bits> {
-        let (low, width) = span(index, slf.get().width)?;
+        let (low, width) = span(index, slf.get().range)?;
         Ok(Bits { handle: slf.clone().unbind(), low, width, signed: false, field: String::new() })
     }
 

@@ -187,7 +187,7 @@ impl Value {
         let (low, width) = if LEFT_FIRST.load(Ordering::Relaxed) {
             span_from_left(index, self.width)?
         } else {
-            span(index, self.width)?
+            span(index, (i64::from(self.width) - 1, 0))?
         };
         Ok(self.part(low, width))
     }

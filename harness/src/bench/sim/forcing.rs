@@ -31,10 +31,9 @@ impl Forcing {
     /// If the value or the bits do not fit the signal, or the region is `ReadOnly`.
     pub fn force(&self, value: &[u32], bits: &[u32]) -> Result<(), ModelError> {
         self.signal.info().check_words(value)?;
-        let kept = combine(&self.value.get_pending(), bits, |old, bits| old & !bits);
-        let forced = combine(value, bits, |value, bits| value & bits);
-        self.value.set(&combine(&kept, &forced, |kept, forced| kept | forced))?;
-        self.enable.set(&combine(&self.enable.get_pending(), bits, |old, bits| old | bits))
+        let forced: Vec<u32> = value.iter().zip(bits).map(|(value, bits)| value & bits).collect();
+        self.value.set_bits(bits, &forced)?;
+        self.enable.set_bits(bits, bits)
     }
 
     /// Forces the bits that are 1 in `bits` to the values they have now.
@@ -50,7 +49,7 @@ impl Forcing {
     /// # Errors
     /// As [`Forcing::force`].
     pub fn release(&self, bits: &[u32]) -> Result<(), ModelError> {
-        self.enable.set(&combine(&self.enable.get_pending(), bits, |old, bits| old & !bits))
+        self.enable.set_bits(bits, &[])
     }
 
     /// Returns a mask of all bits of the signal as 32-bit words, lowest first.
@@ -58,10 +57,4 @@ impl Forcing {
         let width = self.signal.width();
         (0..width.div_ceil(32)).map(|at| u32::MAX >> (32 - (width - 32 * at).min(32))).collect()
     }
-}
-
-fn combine(old: &[u32], bits: &[u32], of: impl Fn(u32, u32) -> u32) -> Vec<u32> {
-    let count = old.len().max(bits.len());
-    let word = |words: &[u32], at: usize| words.get(at).copied().unwrap_or(0);
-    (0..count).map(|at| of(word(old, at), word(bits, at))).collect()
 }

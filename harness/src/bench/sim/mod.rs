@@ -13,9 +13,9 @@
 //! 7. Waves are written. Time advances to the next clock edge or timer.
 //!
 //! The order is the same in every run: tasks run in the order in which they became ready, which is the order in which
-//! they began to wait. Of several writes to one signal in a round, the last counts. A value written is read back only
-//! after it was put. [`EdgeOrder::AfterEval`] wakes the tasks of step 2 after the evaluation, for benches that were
-//! written for simulators that do so.
+//! they began to wait. Of several writes to one signal in a round, the last counts, bit by bit. A value written is read
+//! back only after it was put. [`EdgeOrder::AfterEval`] wakes the tasks of step 2 after the evaluation, for benches
+//! that were written for simulators that do so.
 //!
 //! A write after a [`Timer`](Dut::timer) that ends in the time step of a clock edge is put together with that edge: the
 //! registers sample the new value, as in other simulators. The harness logs a warning once for each signal.

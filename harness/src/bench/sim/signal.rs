@@ -50,10 +50,10 @@ impl Signal {
         unsafe { load(self.data, self.storage) }
     }
 
-    /// Returns the value after the writes that are buffered so far, for writes of single bits.
+    /// Returns the value with the writes that are buffered so far: what it will have, unless the design changes it
+    /// before.
     pub fn get_pending(&self) -> u64 {
-        let index = self.id.index() as u32;
-        self.core.pending(index).unwrap_or_else(|| self.core.written(index))
+        self.core.pending(self.id.index() as u32)
     }
 
     /// Returns the value in two's complement.
@@ -79,6 +79,21 @@ impl Signal {
             self.check_unusual(value)?;
         }
         self.core.write(self.id.index() as u32, value)
+    }
+
+    /// Buffers a write of the bits of `mask`. The others have what they have when the write is put, after the
+    /// evaluation of the edge that the task may have waited for.
+    ///
+    /// # Errors
+    /// As [`Signal::set`], of `value` and of `mask`. Bits of `value` outside of `mask` are refused too.
+    pub fn set_bits(&self, mask: u64, value: u64) -> Result<(), ModelError> {
+        if (mask | value) & !self.mask != 0 || !self.writable {
+            self.check_unusual(mask | value)?;
+        }
+        if value & !mask != 0 {
+            return Err(ModelError::OutsideOfMask { signal: self.core.signal_name(self.id.index() as u32) });
+        }
+        self.core.write_bits(self.id.index() as u32, mask, value)
     }
 
     /// Buffers a write of a signed number: from `-2^(w-1)` to `2^w - 1`.
@@ -248,14 +263,6 @@ impl Wide {
         unsafe { load_array(self.data, self.storage) }
     }
 
-    /// Returns the words after the writes that are buffered so far, for writes of single bits.
-    pub fn get_pending(&self) -> Vec<u32> {
-        let index = self.id.index() as u32;
-        let mut words = self.core.pending_words(index).unwrap_or_else(|| self.core.written_words(index));
-        words.resize(self.width.div_ceil(32) as usize, 0);
-        words
-    }
-
     /// Returns the `width` bits from bit `low` on, at most 64.
     pub fn get_bits(&self, low: u32, width: u32) -> u64 {
         let words = self.get();
@@ -277,6 +284,25 @@ impl Wide {
         model.info(self.id).check_words(words)?;
         drop(model);
         self.core.write_words(self.id.index() as u32, words)
+    }
+
+    /// Buffers a write of the bits of `mask`, as 32-bit words, lowest first. The others have what they have when the
+    /// write is put, after the evaluation of the edge that the task may have waited for.
+    ///
+    /// # Errors
+    /// As [`Wide::set`], of `words` and of `mask`. Bits of `words` outside of `mask` are refused too.
+    pub fn set_bits(&self, mask: &[u32], words: &[u32]) -> Result<(), ModelError> {
+        let model = self.core.model.borrow();
+        self.core.check_written(&model, self.id)?;
+        let info = model.info(self.id);
+        info.check_words(mask)?;
+        info.check_words(words)?;
+        let masks = mask.iter().copied().chain(std::iter::repeat(0));
+        if words.iter().zip(masks).any(|(word, mask)| word & !mask != 0) {
+            return Err(ModelError::OutsideOfMask { signal: info.name.clone() });
+        }
+        drop(model);
+        self.core.write_word_bits(self.id.index() as u32, mask, words)
     }
 
     /// Waits for any change.

@@ -20,6 +20,7 @@ pub(super) fn ports(header: &str, described: &[&Variable]) -> Vec<(Variable, Str
                     name,
                     module: String::new(),
                     kind: hierarchy::Kind::Bits { width },
+                    bits: (i64::from(width) - 1, 0),
                     signed: false,
                     items: Vec::new(),
                     fields: Vec::new(),

@@ -56,6 +56,7 @@ fn describe(variable: &Variable, slot: &RawSlot) -> Option<SignalInfo> {
             None => Direction::Internal,
         },
         width,
+        bits: variable.bits,
         signed: variable.signed,
         real,
         register: variable.register,

@@ -26,6 +26,8 @@ pub struct SignalInfo {
     pub direction: Direction,
     /// The width of a value in bits (of one element, if it is a memory).
     pub width: u32,
+    /// The indices of the leftmost and the rightmost bit, as declared.
+    pub bits: (i64, i64),
     /// Whether the Verilog type is signed.
     pub signed: bool,
     /// How Verilator stores it.

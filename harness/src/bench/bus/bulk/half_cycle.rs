@@ -28,8 +28,10 @@ pub(super) struct HalfCycles<'a> {
 }
 
 impl<'a> HalfCycles<'a> {
+    /// Begins with the writes that are buffered: no time step would put them before the first edge.
     pub fn new(dut: &'a Dut, clk: &Signal) -> HalfCycles<'a> {
         let core = &**dut.core();
+        core.apply_writes();
         HalfCycles {
             dut,
             core,

@@ -7,7 +7,8 @@
 //! One beat is one element of the slice. Where `data` is wider than 64 bits, one beat is several elements of 32 bits,
 //! the lowest first.
 //!
-//! Tasks do not run during a transfer, and no other clock may run. Waves, if they are recorded, are written at every
+//! Writes that are buffered are put before the first edge. Tasks do not run during a transfer, and no other clock may
+//! run; a timer that is over by then wakes its task at the next run. Waves, if they are recorded, are written at every
 //! half cycle.
 
 mod half_cycle;
@@ -67,9 +68,7 @@ impl<I: Element, O: Element> Bulk<I, O> {
     /// If a signal is missing, if `I` or `O` is not the type Verilator stores that `data` in, if `input` is driven by
     /// the design, or if the ready latency is over 64 cycles.
     pub fn new(dut: &Dut, clock: &Clock, input: &str, output: &str, dialect: Dialect) -> Result<Bulk<I, O>, Error> {
-        if let Dialect::Avalon { ready_latency: 65.. } = dialect {
-            return Err(Error::bench("the ready latency of a stream is at most 64 cycles"));
-        }
+        dialect.check()?;
         let (input, output) =
             (StreamSignals::find(dut, input, dialect, true)?, StreamSignals::find(dut, output, dialect, false)?);
         Ok(Bulk { clock: clock.clone(), input, output })
@@ -97,12 +96,7 @@ impl<I: Element, O: Element> Bulk<I, O> {
     ) -> Result<Report, Error> {
         self.check(elements, options)?;
         let dut = sim.dut();
-        let core = dut.core();
-        let running = core.clocks.borrow().iter().filter(|c| c.running).count();
-        let own = core.clocks.borrow().iter().any(|c| c.running && c.signal == self.clock.signal().id().index() as u32);
-        if running > usize::from(own) {
-            return Err(Error::bench("a bulk transfer drives one clock: stop the others, or use a Source and a Sink"));
-        }
+        let own = is_running_alone(&dut, &self.clock)?;
         self.clock.stop();
         let result = self.run(&dut, elements, received, options);
         // The clock is low now; the next rising edge is half a period away, as it was before.
@@ -186,12 +180,29 @@ impl<I: Element, O: Element> Bulk<I, O> {
     }
 }
 
-/// Runs cycles of one clock without the scheduler: the fastest way to let a design run. The clock runs on afterwards.
+/// Returns whether a clock runs.
 ///
 /// # Errors
-/// If the Verilog ends or fails, if the time on the wall is over, or if the clock's signal cannot be written.
+/// If another one does.
+fn is_running_alone(dut: &Dut, clock: &Clock) -> Result<bool, Error> {
+    let own = clock.signal().id().index() as u32;
+    let clocks = dut.core().clocks.borrow();
+    let mut running = clocks.iter().filter(|c| c.running);
+    if running.any(|c| c.signal != own) {
+        return Err(Error::bench("one clock is driven without the scheduler: stop the others, or use tasks"));
+    }
+    Ok(clocks.iter().any(|c| c.running))
+}
+
+/// Runs cycles of one clock without the scheduler: the fastest way to let a design run. The clock runs on afterwards.
+/// Tasks do not run; a timer that is over by then wakes its task at the next run.
+///
+/// # Errors
+/// If another clock runs, if the Verilog ends or fails, if the time on the wall is over, or if the clock's signal
+/// cannot be written.
 pub fn run_cycles(sim: &mut Sim, clock: &Clock, cycles: u64) -> Result<(), Error> {
     let dut = sim.dut();
+    is_running_alone(&dut, clock)?;
     clock.stop();
     let mut half_cycles = HalfCycles::new(&dut, clock.signal());
     let mut run = || -> Result<(), Error> {

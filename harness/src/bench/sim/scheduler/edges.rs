@@ -1,10 +1,11 @@
 //! Signals in the scheduler: which tasks wait for which change, buffered writes, detection of changes.
 
 use std::cell::{Cell, RefCell};
+use std::iter::repeat;
 
 use super::task_state::{Body, EdgeWait, TaskWait};
 use super::wait_table::{Target, WaitId, Waiting};
-use super::{Core, LargeWrite, NONE, Ready, Write};
+use super::{Core, LargeWrite, NONE, Ready};
 use crate::bench::error::SimError;
 use crate::bench::sim::task::{Coroutine, TaskId};
 use crate::bench::sim::trigger::Edge;
@@ -71,6 +72,12 @@ impl SignalState {
             listed: Cell::new(false),
             pending: Cell::new(NONE),
         }
+    }
+
+    /// Returns `true` if the design may change what a write changes.
+    #[inline(always)]
+    pub fn is_changed_by_design(&self) -> bool {
+        self.observed && self.data == self.target
     }
 }
 
@@ -197,17 +204,21 @@ impl Core {
 
     /// Puts the buffered writes; tasks that wait for an edge of a written signal become ready.
     #[inline]
-    pub(super) fn apply_writes(&self) {
+    pub fn apply_writes(&self) {
         let mut applying = self.applying.borrow_mut();
         std::mem::swap(&mut *applying, &mut *self.writes.borrow_mut());
-        for &Write { signal, value } in applying.iter() {
-            let state = &self.signals[signal as usize];
+        for write in applying.iter() {
+            let state = &self.signals[write.signal as usize];
             state.pending.set(NONE);
             // SAFETY: the model lives as long as the core; no reference into it exists.
-            let old = unsafe {
+            let (old, value) = unsafe {
                 let old = load(state.data, state.storage);
+                let value = match write.mask {
+                    u64::MAX => write.value,
+                    _ => write.onto(load(state.target, state.storage)),
+                };
                 store(state.target, state.storage, value);
-                old
+                (old, value)
             };
             if state.data != state.target {
                 continue;
@@ -227,20 +238,16 @@ impl Core {
     fn apply_large_writes(&self) {
         for write in std::mem::take(&mut *self.large_writes.borrow_mut()) {
             match write {
-                LargeWrite::Words(signal, words) => {
+                LargeWrite::Words(signal, words) => self.put_words(&self.signals[signal as usize], &words),
+                LargeWrite::Bits(signal, mask, mut words) => {
                     let state = &self.signals[signal as usize];
-                    // SAFETY: as in `apply_writes`; the words fit the signal.
-                    let changed = unsafe {
-                        let old = load_words(state.data, state.storage);
-                        store_words(state.target, state.storage, &words);
-                        old != load_words(state.data, state.storage)
-                    };
-                    if state.data == state.target {
-                        self.remember(state);
-                        if changed {
-                            self.fire_edges(state, 0, 1);
-                        }
+                    // SAFETY: the model lives as long as the core.
+                    let old = unsafe { load_words(state.target, state.storage) };
+                    words.resize(old.len(), 0);
+                    for ((word, mask), old) in words.iter_mut().zip(mask.into_iter().chain(repeat(0))).zip(old) {
+                        *word |= old & !mask;
                     }
+                    self.put_words(state, &words);
                 }
                 LargeWrite::Element(signal, offset, value) => {
                     let state = &self.signals[signal as usize];
@@ -253,6 +260,21 @@ impl Core {
                     unsafe { store_words(state.data.add(offset), state.storage, &words) };
                 }
                 LargeWrite::Text(index, value) => self.model.borrow_mut().set_text(index, &value),
+            }
+        }
+    }
+
+    fn put_words(&self, state: &SignalState, words: &[u32]) {
+        // SAFETY: as in `apply_writes`; the words fit the signal.
+        let changed = unsafe {
+            let old = load_words(state.data, state.storage);
+            store_words(state.target, state.storage, words);
+            old != load_words(state.data, state.storage)
+        };
+        if state.data == state.target {
+            self.remember(state);
+            if changed {
+                self.fire_edges(state, 0, 1);
             }
         }
     }

@@ -38,7 +38,7 @@ use crate::bench::sim::log::{Level, Log};
 use crate::bench::sim::task::TaskId;
 use crate::bench::sim::{EdgeOrder, Limits, Region};
 use crate::engine::error::ModelError;
-use crate::engine::model::{Direction, Message, Model, SignalId, has_words, load, load_words};
+use crate::engine::model::{Direction, Message, Model, SignalId, has_words, load};
 use crate::engine::time::Time;
 use crate::engine::wave::Waves;
 
@@ -58,16 +58,28 @@ pub(crate) trait Agent {
 /// The index of a signal that is not in the list of buffered writes.
 const NONE: u32 = u32::MAX;
 
-/// A buffered write of at most 64 bits.
+/// A buffered write of the bits of `mask`, in a signal of at most 64 bits. The others keep what they have when it is
+/// put.
 #[derive(Clone, Copy)]
 struct Write {
     pub signal: u32,
+    pub mask: u64,
     pub value: u64,
+}
+
+impl Write {
+    /// Returns the value of a signal, `old` before the write.
+    #[inline(always)]
+    fn onto(self, old: u64) -> u64 {
+        old & !self.mask | self.value
+    }
 }
 
 /// A buffered write of another kind.
 enum LargeWrite {
     Words(u32, Vec<u32>),
+    /// The bits of a mask, given first, in a signal of any width.
+    Bits(u32, Vec<u32>, Vec<u32>),
     /// An element of a memory, at a byte offset.
     Element(u32, usize, u64),
     /// An element of more than 64 bits, at a byte offset.
@@ -248,9 +260,16 @@ impl Core {
         Ok(())
     }
 
-    /// Buffers a write of a value known to fit. A write that changes nothing is dropped: it would cost an evaluation.
+    /// Buffers a write of a value known to fit. A write that changes nothing is dropped, because it would cost an
+    /// evaluation; unless the design may change the signal before the write is put.
     #[inline(always)]
     pub fn write(&self, signal: u32, value: u64) -> Result<(), ModelError> {
+        self.write_bits(signal, u64::MAX, value)
+    }
+
+    /// Buffers a write of the bits of `mask`; `value` has no others.
+    #[inline(always)]
+    pub fn write_bits(&self, signal: u32, mask: u64, value: u64) -> Result<(), ModelError> {
         if self.region.get() == Region::ReadOnly {
             return Err(self.write_in_read_only(signal));
         }
@@ -258,13 +277,22 @@ impl Core {
         let mut writes = self.writes.borrow_mut();
         let at = state.pending.get();
         if at != NONE {
-            writes[at as usize].value = value;
+            let write = &mut writes[at as usize];
+            (write.mask, write.value) = (write.mask | mask, write.value & !mask | value);
         // SAFETY: the model lives as long as the core.
-        } else if unsafe { load(state.target, state.storage) } != value {
+        } else if state.is_changed_by_design() || unsafe { load(state.target, state.storage) } & mask != value {
             state.pending.set(writes.len() as u32);
-            writes.push(Write { signal, value });
+            writes.push(Write { signal, mask, value });
         }
         Ok(())
+    }
+
+    /// Returns the value with the write that is buffered, if there is one.
+    pub fn pending(&self, signal: u32) -> u64 {
+        let state = &self.signals[signal as usize];
+        // SAFETY: the model lives as long as the core; asked only of signals that are not wide.
+        let old = unsafe { load(state.target, state.storage) };
+        self.writes.borrow().get(state.pending.get() as usize).map_or(old, |write| write.onto(old))
     }
 
     /// Buffers a write of any width; words that are not given are 0.
@@ -274,40 +302,25 @@ impl Core {
         }
         let state = &self.signals[signal as usize];
         let mut writes = self.large_writes.borrow_mut();
-        // SAFETY: the model lives as long as the core.
-        if !writes.is_empty() || !unsafe { has_words(state.target, state.storage, words) } {
+        let is_needed = !writes.is_empty()
+            || state.is_changed_by_design()
+            // SAFETY: the model lives as long as the core.
+            || !unsafe { has_words(state.target, state.storage, words) };
+        if is_needed {
             self.disturb();
             writes.push(LargeWrite::Words(signal, words.to_vec()));
         }
         Ok(())
     }
 
-    /// Returns the value a buffered write will put, if there is one.
-    pub fn pending(&self, signal: u32) -> Option<u64> {
-        let at = self.signals[signal as usize].pending.get();
-        (at != NONE).then(|| self.writes.borrow()[at as usize].value)
-    }
-
-    /// Returns the value that the bench wrote last: the signal's value, unless the evaluation overrides it.
-    pub fn written(&self, signal: u32) -> u64 {
-        let state = &self.signals[signal as usize];
-        // SAFETY: the model lives as long as the core; asked only of signals that are not wide.
-        unsafe { load(state.target, state.storage) }
-    }
-
-    /// Returns the value of any width that the bench wrote last, as 32-bit words.
-    pub fn written_words(&self, signal: u32) -> Vec<u32> {
-        let state = &self.signals[signal as usize];
-        // SAFETY: the model lives as long as the core.
-        unsafe { load_words(state.target, state.storage) }
-    }
-
-    /// Returns the words a buffered write will put, if there is one.
-    pub fn pending_words(&self, signal: u32) -> Option<Vec<u32>> {
-        self.large_writes.borrow().iter().rev().find_map(|write| match write {
-            LargeWrite::Words(of, words) if *of == signal => Some(words.clone()),
-            _ => None,
-        })
+    /// Buffers a write of the bits of `mask`, in a signal of any width; `words` has no others.
+    pub fn write_word_bits(&self, signal: u32, mask: &[u32], words: &[u32]) -> Result<(), ModelError> {
+        if self.region.get() == Region::ReadOnly {
+            return Err(self.write_in_read_only(signal));
+        }
+        self.disturb();
+        self.large_writes.borrow_mut().push(LargeWrite::Bits(signal, mask.to_vec(), words.to_vec()));
+        Ok(())
     }
 
     pub fn write_element(&self, signal: u32, offset: usize, value: u64) -> Result<(), ModelError> {

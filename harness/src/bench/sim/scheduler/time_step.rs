@@ -80,7 +80,9 @@ impl Core {
         let mut timers = self.timers.borrow_mut();
         while let Some(Reverse(entry)) = timers.peek() {
             if self.is_armed(WaitId { index: entry.wait_id.0, generation: entry.wait_id.1 }) {
-                return Some(clock.map_or(entry.at, |c| c.min(entry.at)));
+                // A timer that became due while the scheduler did not run.
+                let at = entry.at.max(self.now());
+                return Some(clock.map_or(at, |c| c.min(at)));
             }
             timers.pop();
             self.stale_timers.set(self.stale_timers.get().saturating_sub(1));

@@ -155,14 +155,11 @@ fn add_type(node: &Value, design: &mut Design) {
     };
     let found = match text(node, "type") {
         "BASICDTYPE" => {
-            let width = match text(node, "range").split_once(':') {
-                Some((left, right)) => match (left.parse::<i64>(), right.parse::<i64>()) {
-                    (Ok(left), Ok(right)) => u32::try_from(left.abs_diff(right) + 1).unwrap_or(0),
-                    _ => 0,
-                },
-                None => 1,
+            let bits = match text(node, "range").split_once(':') {
+                Some((left, right)) => left.parse().ok().zip(right.parse().ok()),
+                None => Some((0, 0)),
             };
-            Type::Basic { keyword: text(node, "keyword").to_owned(), width, signed: flag(node, "signed") }
+            Type::Basic { keyword: text(node, "keyword").to_owned(), bits, signed: flag(node, "signed") }
         }
         kind @ ("UNPACKARRAYDTYPE" | "PACKARRAYDTYPE") => {
             let Some(bounds) = bounds(node) else { return };

@@ -72,6 +72,8 @@ pub struct Variable {
     pub module: String,
     /// What it holds.
     pub kind: Kind,
+    /// The indices of the leftmost and the rightmost bit, as declared; those of a value's bits if it has no such.
+    pub bits: (i64, i64),
     /// Whether the type is signed.
     pub signed: bool,
     /// The values' names, if its type is an enumeration.
@@ -207,8 +209,8 @@ fn expand(modules: &HashMap<String, Module>, path: String, of: &str, depth: u32,
 
 /// A type.
 enum Type {
-    /// A built-in one, by its keyword.
-    Basic { keyword: String, width: u32, signed: bool },
+    /// A built-in one, by its keyword, with the indices of its leftmost and its rightmost bit.
+    Basic { keyword: String, bits: Option<(i64, i64)>, signed: bool },
     /// An array of another.
     Array { of: String, bounds: (i64, i64), packed: bool },
     /// Members by name, the highest bits first where it is packed. Older descriptions do not say whether it is packed.
@@ -254,7 +256,7 @@ impl Types {
         }
         let width = |id: &String| self.width(id, depth + 1);
         match self.resolve(id)? {
-            Type::Basic { width, .. } => Some(*width).filter(|w| *w > 0),
+            Type::Basic { bits, .. } => bits.and_then(|(left, right)| u32::try_from(left.abs_diff(right) + 1).ok()),
             Type::Array { of, bounds: (left, right), packed: true } => {
                 u32::try_from(left.abs_diff(*right) + 1).ok()?.checked_mul(width(of)?)
             }
@@ -284,6 +286,14 @@ impl Types {
             Some(Type::Basic { keyword, .. }) if keyword == "string" => Kind::Text,
             Some(Type::Basic { keyword, .. }) if keyword == "event" || keyword == "chandle" => Kind::Other,
             _ => self.width(id, 0).map_or(Kind::Other, |width| Kind::Bits { width }),
+        }
+    }
+
+    /// Returns the indices of the leftmost and the rightmost bit.
+    fn bits(&self, id: &str) -> (i64, i64) {
+        match self.resolve(id) {
+            Some(Type::Basic { bits: Some(bits), .. }) => *bits,
+            _ => (i64::from(self.width(id, 0).unwrap_or(1)) - 1, 0),
         }
     }
 
@@ -337,6 +347,7 @@ impl Types {
             into.push(Part {
                 variable: Variable {
                     kind: self.kind(element),
+                    bits: self.bits(element),
                     signed: self.is_signed(element),
                     items: self.items(module, "", element),
                     fields: self.fields(element, "", 0, 0),
@@ -423,6 +434,7 @@ impl Design {
                     name: declared.name.clone(),
                     module: module.original.clone(),
                     kind: self.types.kind(element),
+                    bits: self.types.bits(element),
                     signed: self.types.is_signed(element),
                     items: self.types.items(of, &declared.type_name, element),
                     fields: self.types.fields(element, "", 0, 0),
@@ -471,7 +483,7 @@ mod tests {
 
     #[test]
     fn fields_stand_where_the_language_puts_them() {
-        let basic = |width, signed| Type::Basic { keyword: "logic".into(), width, signed };
+        let basic = |width: i64, signed| Type::Basic { keyword: "logic".into(), bits: Some((width - 1, 0)), signed };
         let named = |name: &str, of: &str| (name.to_owned(), of.to_owned());
         let mut types = Types::default();
         types.types.insert("4".into(), basic(4, false));

@@ -324,13 +324,10 @@ impl Reader {
             }
             ("basicdtype", _) => {
                 let bound = |key: &str| tag.get(key).and_then(|text| text.parse::<i64>().ok());
-                let width = match (bound("left"), bound("right")) {
-                    (Some(left), Some(right)) => u32::try_from(left.abs_diff(right) + 1).unwrap_or(0),
-                    _ => 1,
-                };
+                let bits = Some((bound("left").unwrap_or(0), bound("right").unwrap_or(0)));
                 let signed = tag.get("signed").as_deref() == Some("true");
                 let keyword = tag.get("name").unwrap_or_default();
-                self.design.types.types.insert(id, Type::Basic { keyword, width, signed });
+                self.design.types.types.insert(id, Type::Basic { keyword, bits, signed });
             }
             _ => {}
         }
