@@ -18,6 +18,8 @@ import pytest
 import hoverlock
 import hoverlock.cocotb as cocotb
 from hoverlock import Clock, ClockCycles, Design, First, ReadOnly, RisingEdge, Session, Timer, deprecated, simulate, start_soon, writes
+from hoverlock.cocotb import types
+from hoverlock.cocotb.binary import BinaryRepresentation, BinaryValue
 from hoverlock.cocotb.handle import Force, Freeze, Release
 from hoverlock.cocotb.types import LogicArray
 
@@ -30,6 +32,7 @@ counter = Design(DESIGNS / "counter.v", top="counter")
 talker = Design(DESIGNS / "talker.v", top="talker")
 adder = Design(HERE.parents[1] / "tests" / "designs" / "overrides.v", top="overrides", internals=["u_adder.*"])
 generated = Design(DESIGNS / "generated.sv", top="generated", internals=["*"])
+idioms = Design(DESIGNS / "idioms.sv", top="idioms", internals=["*"])
 
 
 @dataclass
@@ -78,7 +81,7 @@ def states() -> None:
 
 @row(
     "`X` and `Z` written to a signal", "written",
-    "an error. Under the alias 0, or what `COCOTB_RESOLVE_X` selects (`zeros`, `ones`, `random`, `error`), with "
+    "an error. Under the alias 0, or what `COCOTB_RESOLVE_X` selects (`zeros`, `ones`, `random`, `weak`, `error`), with "
     "one warning for each signal; without the alias `hoverlock.unknown.set_choice` selects it",
     "two states",
 )  # fmt: skip
@@ -90,6 +93,12 @@ async def unknown_written(dut: Any) -> None:
         dut.step.value = "XXXX0000"
     await Timer(1, "ns")
     assert dut.step.value == 0xF0
+    with hoverlock.unknown.written_as("weak"):
+        dut.step.value = "LLHH0011"
+        with pytest.raises(ValueError, match="Verilator has no X"):
+            dut.step.value = "LLHH00XX"
+    await Timer(1, "ns")
+    assert dut.step.value == 0x33
 
 
 @row(
@@ -178,13 +187,16 @@ async def invalid_writes(dut: Any) -> None:
 
 @row(
     "result of `await RisingEdge(..)`", "the trigger",
-    "`None`. The result of `First` is the trigger that fired, or the result of the task", "speed",
+    "`None`. The result of `First`, and of cocotb's `with_timeout`, `gather` and `select`, is the trigger that fired, or the result "
+    "of the task", "speed",
 )  # fmt: skip
 @bench()
 async def result_of_a_wait(dut: Any) -> None:
     Clock(dut.clk, 10, "ns").start()
     edge = RisingEdge(dut.clk)
     assert await edge is None and await First(Timer(1, "us"), edge) is edge
+    assert await cocotb.triggers.with_timeout(edge, 1, "us") is edge and await cocotb.triggers.gather(edge) == (edge,)
+    assert await cocotb.triggers.select(Timer(1, "us"), edge) == (1, edge)
 
 
 @row(
@@ -228,6 +240,32 @@ async def bits_of_a_value(dut: Any) -> None:
         assert dut.step.value[0:3] == 8 and dut.step.value[7] == 1
     finally:
         hoverlock._core.count_bits_from_left(False)
+
+
+@row(
+    "`dut.mem.value[0]`, of `logic [7:0] mem [15:0]`", "cocotb 1: the leftmost element of a list; 2: element 0 of an `Array`",
+    "as in cocotb 1; under the alias for 2.1 as in cocotb 2",
+)  # fmt: skip
+@bench(idioms)
+async def elements_of_a_value(dut: Any) -> None:
+    dut.mem.value = range(16)
+    await Timer(1, "ns")
+    assert dut.mem.value[0] == 0 == dut.mem[15].value
+    types.index_arrays_as_declared(True)
+    try:
+        assert dut.mem.value[15] == 0 and dut.mem.value == list(range(16))
+    finally:
+        types.index_arrays_as_declared(False)
+
+
+@row(
+    "a number for `BinaryValue` that does not fit", "loses digits, with a warning",
+    "an error. 0 in two's complement has `n_bits` digits, and none in cocotb",
+)  # fmt: skip
+def numbers_that_do_not_fit() -> None:
+    with pytest.raises(OverflowError, match="does not fit"):
+        BinaryValue(8, n_bits=3)
+    assert BinaryValue(0, 3, binaryRepresentation=BinaryRepresentation.TWOS_COMPLEMENT).binstr == "000"
 
 
 @row(
@@ -388,7 +426,8 @@ async def low_first(dut: Any) -> None:
 @row(
     "`task.cancel()`, `task.kill()`", "`CancelledError` is raised in the task; `kill` drops it",
     "both end the task at once: `asyncio.CancelledError` is raised in it, its `finally` blocks run, and tasks "
-    "that wait for it get `CancelledError`. A task that continues after the exception is closed without an error",
+    "that wait for it get `CancelledError`. A task that continues after the exception is closed without an error. Any other "
+    "exception of its `finally` blocks fails the test, at the end of the run",
     "resources are freed",
 )  # fmt: skip
 @bench()
@@ -410,6 +449,20 @@ async def cancelling(dut: Any) -> None:
     assert seen == ["cancelled", "finally"]
     with pytest.raises(hoverlock.CancelledError):
         await task
+    with pytest.raises(LookupError, match="in its clean-up"):
+        simulate(counter, _cancels_a_task_that_raises)
+
+
+async def _cancels_a_task_that_raises(dut: Any) -> None:
+    async def raises() -> None:
+        try:
+            await Timer(1, "us")
+        finally:
+            raise LookupError("in its clean-up")
+
+    task = start_soon(raises())
+    await Timer(1, "ns")
+    task.cancel()
 
 
 @row(

@@ -59,9 +59,9 @@ def main(arguments: list[str] | None = None, reporter: Reporter | None = None) -
     chosen = parser.parse_args(arguments)
     if chosen.cocotb_version is not None and not chosen.as_cocotb:
         parser.error("--cocotb-version needs --as-cocotb")
-    if chosen.as_cocotb:
-        as_cocotb.install(chosen.cocotb_version)
     default_config(logging.WARNING if chosen.quiet else logging.INFO)
+    if chosen.as_cocotb:
+        as_cocotb.install(chosen.cocotb_version)  # after the log's levels, which COCOTB_LOG_LEVEL overrides
     if chosen.junit:
         chosen.junit = os.path.abspath(chosen.junit)  # a bench may change the folder
         # The results of an earlier run are not those of a run that ends early.

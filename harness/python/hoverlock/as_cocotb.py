@@ -39,7 +39,7 @@ _NAMES = {"cocotb": "hoverlock.cocotb", "cocotb_tools": "hoverlock.cocotb_tools"
 # cocotb-test, if it is installed, stays as it is but for the module that starts simulators: its plug-in of pytest is loaded first.
 _STARTER = "cocotb_test.simulator"
 # The replacement of digits other than 0 and 1, for each value of the variable COCOTB_RESOLVE_X.
-_UNKNOWN = {"ZEROS": "zeros", "ONES": "ones", "RANDOM": "random", "VALUE_ERROR": "error", "ERROR": "error"}
+_UNKNOWN = {"ZEROS": "zeros", "ONES": "ones", "RANDOM": "random", "WEAK": "weak", "VALUE_ERROR": "error", "ERROR": "error"}
 
 
 class _Loader:
@@ -138,6 +138,7 @@ def install(version: str | None = None) -> None:
     import logging
 
     from . import _core, cocotb, deprecated, hierarchy, unknown, writes
+    from .cocotb import types
 
     for name in (*_NAMES, _STARTER):
         loaded = sys.modules.get(name)
@@ -155,15 +156,19 @@ def install(version: str | None = None) -> None:
     cocotb.__version__ = VERSIONS[asked]
     cocotb._alias = True
     _core.count_bits_from_left(asked == "1.9")
+    types.index_arrays_as_declared(asked != "1.9")
     deprecated.switch(asked != "1.9")
     writes.set_deposits_on_outputs(True)
     hierarchy.lists_hidden = True
-    resolve = os.environ.get("COCOTB_RESOLVE_X", "ZEROS").upper()
+    resolve = (os.environ.get("COCOTB_RESOLVE_X") or "ZEROS").upper()
     if resolve not in _UNKNOWN:
         raise ValueError(f"COCOTB_RESOLVE_X={resolve}: {', '.join(_UNKNOWN)}")
     unknown.set_choice(_UNKNOWN[resolve])  # type: ignore[arg-type]
-    # As in cocotb: the log has the messages of packages from level INFO on.
-    logging.getLogger("cocotb").setLevel(os.environ.get("COCOTB_LOG_LEVEL", "INFO").upper())
+    level = os.environ.get("COCOTB_LOG_LEVEL")
+    logger = logging.getLogger("cocotb")
+    if level or logger.level == logging.NOTSET:
+        # As in cocotb: the log has the messages of packages from level INFO on.
+        logger.setLevel((level or "INFO").upper())
 
 
 class _Callable(ModuleType):

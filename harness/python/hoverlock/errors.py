@@ -81,6 +81,14 @@ def asyncio_cancelled() -> BaseException | None:
     return None if own is None else own()
 
 
+def is_own_end(error: BaseException) -> bool:
+    """Returns whether the exception ends the task in which it is raised because that task is cancelled, rather than one that it
+    waited for."""
+    own = _asyncio_class()
+    cancelled_here = own is not None and isinstance(error, own) and not isinstance(error, CancelledError)
+    return cancelled_here or isinstance(error, GeneratorExit)
+
+
 def _asyncio_class() -> type[BaseException] | None:
     module = sys.modules.get("asyncio")
     return getattr(module, "CancelledError", None)

@@ -13,7 +13,7 @@ from collections.abc import Callable, Coroutine, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Literal
 
-from . import _core, hierarchy, unknown, writes
+from . import _core, clean_up, hierarchy, unknown, writes
 from .design import Design
 from .errors import SimTimeoutError, SimulationError
 from .transfer import Pause, TransferOptions, TransferReport
@@ -146,7 +146,7 @@ class Session:
         ------
         SimTimeoutError, DeadlockError, VerilogError, ProtocolError
             If a limit is reached, no event can occur any more, the Verilog reports an error, or a bus rule is broken.
-            Exceptions of the bench are raised unchanged.
+            Exceptions of the bench are raised unchanged, also those of the clean-up code of a task that it cancels.
         """
         self._wall_limit = wall_limit
         before = random.getstate()
@@ -155,7 +155,7 @@ class Session:
         _running.append(self._running)
         coroutine = bench(self.dut, **arguments)
         try:
-            with _alarm(wall_limit):
+            with clean_up.errors_raised(), _alarm(wall_limit):
                 return self.simulation.run(coroutine, self.name, time_limit_fs=time_limit, wall_limit=wall_limit)
         finally:
             coroutine.close()
@@ -171,7 +171,8 @@ class Session:
         time : float
             The span, in ``unit`` (``fs``, ``ps``, ``ns``, ``us``, ``ms``, ``sec`` or ``step``, 1 ps).
         """
-        self.simulation.run_for(_core.femtoseconds(time, unit))
+        with clean_up.errors_raised():
+            self.simulation.run_for(_core.femtoseconds(time, unit))
 
     def transfer(
         self,
@@ -267,7 +268,11 @@ class Session:
 
     def close(self) -> None:
         """Cancels all tasks, runs the Verilog's ``final`` blocks and frees the model. A task that does not end within the
-        wall-clock limit of the last run gets an exception."""
+        wall-clock limit of the last run gets an exception. Raises the first exception of the tasks' clean-up code."""
+        with clean_up.errors_raised():
+            self._close()
+
+    def _close(self) -> None:
         left = self.simulation.living_tasks()
         if left:
             text = ", ".join(left)
@@ -280,8 +285,9 @@ class Session:
     def __enter__(self) -> Session:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        # An exception of the block comes before those of clean-up code.
+        (self.close if kind is None else self._close)()
 
 
 def log_of(source: str) -> logging.Logger:

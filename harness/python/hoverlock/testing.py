@@ -14,12 +14,11 @@ import sys
 import zlib
 from collections.abc import Callable, Coroutine, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from types import CoroutineType
 from typing import Any, NoReturn, TypeVar, overload
 
-from . import _core
+from . import _core, clean_up
 from .design import Design
-from .errors import HoverlockError, SimTimeoutError, TestSuccess
+from .errors import HoverlockError, TestSuccess
 from .outputs import Outputs
 from .session import Bench, Session, log_of
 
@@ -126,7 +125,7 @@ class Test:
         log_of("test").info("%s: seed %d", self.name, seed)
         session = Session(outputs.design(design), seed=seed, name=self.name)
         session.label = f"{self.module.rpartition('.')[2]}.{self.name}"
-        with _no_silent_check(), session, outputs.of(session), _no_silent_exit(self.name):
+        with clean_up.errors_raised(), session, outputs.of(session), _no_silent_exit(self.name):
             self._expect_ending(
                 lambda: session.run(
                     self.function,
@@ -287,28 +286,6 @@ def _no_silent_exit(name: str) -> Iterator[None]:
         os._exit = real
     if calls:  # in a thread, or caught by the bench
         raise HoverlockError(f"{name} called os._exit({calls[0]})")
-
-
-@contextmanager
-def _no_silent_check() -> Iterator[None]:
-    """Raises a failed check of a task that was cancelled, and the end of its time: no task waits for it, so that Python would
-    only print them."""
-    usual = sys.unraisablehook
-    failed: list[BaseException] = []
-
-    def keep(raised: Any) -> None:
-        if isinstance(raised.object, CoroutineType) and (is_failed_check(raised.exc_value) or isinstance(raised.exc_value, SimTimeoutError)):
-            failed.append(raised.exc_value)
-        else:
-            usual(raised)
-
-    sys.unraisablehook = keep
-    try:
-        yield
-    finally:
-        sys.unraisablehook = usual
-    if failed:
-        raise failed[0]
 
 
 def is_failed_check(error: BaseException | None) -> bool:

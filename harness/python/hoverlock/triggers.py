@@ -119,7 +119,7 @@ class Lock:
 async def with_timeout(
     trigger: Any, timeout_time: float, timeout_unit: str = "step", *, timeout_units: str | None = None, round_mode: str | None = None
 ) -> Any:
-    """Awaits a trigger, task or coroutine for a limited time, and returns its result.
+    """Awaits a trigger, task or coroutine for a limited time, and returns what ``await`` gives for it.
 
     Parameters
     ----------
@@ -135,16 +135,24 @@ async def with_timeout(
     Raises
     ------
     SimTimeoutError
-        If the time is over first. A coroutine is cancelled then; a task keeps running.
+        If the time is over first. A coroutine is cancelled then, and if the caller is; a task keeps running.
 
     >>> await with_timeout(receive(dut), 10, "us")
     """
-    unit = timeout_units or timeout_unit
-    timer = Timer(timeout_time, unit, round_mode=round_mode)
+    fired = await first_within(trigger, timeout_time, timeout_units or timeout_unit, round_mode)
+    return None if fired is trigger else fired
+
+
+async def first_within(trigger: Any, time: float, unit: str, round_mode: str | None) -> Any:
+    """Awaits the same as ``with_timeout``, and returns what ``First`` gives for it: of a trigger without a result, the trigger."""
+    timer = Timer(time, unit, round_mode=round_mode)
     is_coroutine = not isinstance(trigger, (Trigger, Task))
     waited = start_soon(trigger) if is_coroutine else trigger
-    if await First(waited, timer) is timer:
+    try:
+        fired = await First(waited, timer)
+    finally:
         if is_coroutine:
             waited.cancel()
-        raise SimTimeoutError(f"{trigger!r} did not come within {timeout_time} {unit}")
-    return waited.result() if isinstance(waited, Task) else None
+    if fired is timer:
+        raise SimTimeoutError(f"{trigger!r} did not come within {time} {unit}")
+    return fired

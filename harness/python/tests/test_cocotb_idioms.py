@@ -3,7 +3,10 @@
 import itertools
 import logging
 import random
+import sys
+import warnings
 from decimal import Decimal
+from pathlib import Path
 from random import getrandbits
 from typing import Any
 
@@ -12,7 +15,7 @@ import pytest
 
 import hoverlock.cocotb as cocotb
 import hoverlock.cocotb.regression
-from hoverlock import Design
+from hoverlock import CancelledError, Design
 from hoverlock.cocotb import simulator
 from hoverlock.cocotb.binary import BinaryRepresentation, BinaryValue
 from hoverlock.cocotb.clock import Clock
@@ -29,6 +32,9 @@ from hoverlock.cocotb.triggers import (
 )  # fmt: skip
 from hoverlock.cocotb.types import Array, Bit, Logic, LogicArray, Range, concat
 from hoverlock.cocotb.utils import get_sim_steps, get_sim_time
+
+sys.path.insert(0, str(Path(__file__).parent / "aliased"))
+import binary_values  # noqa: E402
 
 design = Design("designs/idioms.sv", top="idioms", internals=["*"])
 
@@ -320,7 +326,7 @@ async def bits_are_read_and_written(dut):
 async def values_of_all_kinds_are_written(dut):
     for value, number in [
         (True, 1), (np.int64(5), 5), (-1, 255), ("00000110", 6), (LogicArray(7, 8), 7), (LogicArray("1000"), 8),
-        (LogicArray.from_signed(-2, Range(7, "downto", 0)), 254), (BinaryValue(9, n_bits=8), 9), (Bit(1), 1), (Logic("0"), 0),
+        (LogicArray.from_signed(-2, Range(7, "downto", 0)), 254), (BinaryValue(9, n_bits=8, bigEndian=False), 9), (Bit(1), 1), (Logic("0"), 0),
         (Deposit(11), 11), (Immediate(12), 12), (concat(LogicArray("1"), "101"), 13),
     ]:  # fmt: skip
         dut.ui_in.value = value
@@ -367,6 +373,80 @@ async def tasks_are_joined_in_every_way(dut):
     assert results[0] == 1 and isinstance(results[1], KeyError)
     with pytest.raises(KeyError):
         await gather(give(1, 5), fail())
+
+
+async def ends(after, how, seen):
+    """Returns ``how``, or raises it if it is an exception; lists what was cancelled."""
+    try:
+        await Timer(after, "ns")
+    except BaseException:
+        seen.append((how, get_sim_time("ns")))
+        raise
+    if isinstance(how, Exception):
+        raise how
+    return how
+
+
+@cocotb.test()
+@cocotb.parametrize(together=[gather, select])
+async def the_first_error_ends_all(dut, together):
+    seen = []
+    errors = [ends(1, KeyError(text), seen) for text in ("first", "second")]
+    with pytest.raises(KeyError, match="first"):
+        await together(*errors, ends(1, "of the same step", seen), ends(5, "late", seen))
+    assert [str(how) for how, _ in seen] == ["'second'", "of the same step", "late"] and {when for _, when in seen} == {1}
+    await Timer(10, "ns")
+
+    async def fails_at_once():
+        raise KeyError("at once")
+
+    with pytest.raises(KeyError, match="at once"):
+        await together(fails_at_once(), never_started := ends(1, "late", []))
+    assert never_started.cr_frame is None
+
+
+@cocotb.test()
+@cocotb.parametrize(together=[gather, select])
+async def all_end_with_their_caller(dut, together):
+    start, seen = get_sim_time("ns"), []
+    inner = cocotb.start_soon(ends(20, "a task of the bench", seen))
+    with pytest.raises(cocotb.triggers.SimTimeoutError):
+        await with_timeout(together(ends(10, "a", seen), ends(20, "b", seen), inner), 4, "ns")
+    assert seen == [("a", start + 4), ("b", start + 4)] and not inner.done()
+    caller = cocotb.start_soon(together(ends(10, "c", seen), Timer(1, "us")))
+    await Timer(1, "ns")
+    caller.cancel()
+    assert seen[2:] == [("c", start + 5)] and await inner == "a task of the bench"
+    outer = cocotb.start_soon(with_timeout(ends(10, "d", seen), 1, "us"))
+    await Timer(1, "ns")
+    outer.cancel()
+    assert seen[3:] == [("d", start + 21)]
+
+
+@cocotb.test()
+async def cancelled_tasks_end_what_awaits_them(dut):
+    seen = []
+    task = cocotb.start_soon(ends(5, "cancelled", []))
+    waiting = cocotb.start_soon(gather(task, ends(5, "other", seen)))
+    await Timer(1, "ns")
+    task.cancel()
+    with pytest.raises(CancelledError):
+        await waiting
+    assert seen == [("other", 1)] and await gather() == ()
+    with pytest.raises(ValueError, match="select of nothing"):
+        await select()
+
+
+@cocotb.test()
+async def a_time_limit_gives_what_came(dut):
+    soon, late = Timer(1, "ns"), Timer(1, "us")
+    assert await with_timeout(soon, 1, "ms") is soon and await with_timeout(First(late, soon), 1, "ms") is soon
+    both = Combine(soon, Timer(2, "ns"))
+    assert await with_timeout(both, 1, "ms") is both
+    for wait in (lambda task: task, lambda task: task.join(), lambda task: task.complete, Join):
+        task = cocotb.start_soon(ends(1, "result", []))
+        assert await with_timeout(wait(task), 1, "ms") == "result"
+    assert await with_timeout(First(late, cocotb.start_soon(ends(1, None, []))), 1, "ms") is None
 
 
 @cocotb.test()
@@ -496,10 +576,10 @@ async def a_testbench_without_ports(dut):
 
 def test_values_of_benches():
     value = BinaryValue(n_bits=8, bigEndian=False, binaryRepresentation=BinaryRepresentation.TWOS_COMPLEMENT)
-    assert not value.is_resolvable
-    value.integer = 200
+    assert value.binstr == "" and value.n_bits == 8
+    value.integer = -56
     assert (value.binstr, value.integer, value.signed_integer, value.value, value[0] == 0, value[7] == 1) == (
-        "11001000", 200, -56, -56, True, True,
+        "11001000", -56, -56, -56, True, True,
     )  # fmt: skip
     value.binstr = "00000001"
     assert value == 1 and value[0] == 1 and value.n_bits == len(value) == 8 and value.buff == b"\x01"
@@ -525,3 +605,67 @@ def test_values_of_benches():
     assert list(Range(3, "downto", 1)) == [3, 2, 1] and len(Range(0, 7)) == 8 and Array([1, 2]).range == Range(0, "to", 1)
     with pytest.raises(ValueError, match="no digit"):
         Logic("2")
+
+
+def test_binary_values_are_those_of_cocotb_1_9():
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # digits that are cut off
+        found = [binary_values.row(BinaryValue, case) for case in binary_values.cases()]
+    expected = binary_values.TABLE.read_text().splitlines()
+    assert len(expected) == binary_values.COUNT
+    assert [pair for pair in zip(found, expected) if pair[0] != pair[1]] == []
+
+
+def test_binary_values_that_do_not_fit():
+    with pytest.warns(RuntimeWarning, match="'110' has more than 2 digits: '10' is left"):
+        assert BinaryValue("110", n_bits=2).binstr == "10"
+    for number, representation in ((8, BinaryRepresentation.UNSIGNED), (4, BinaryRepresentation.TWOS_COMPLEMENT), (-5, BinaryRepresentation.TWOS_COMPLEMENT)):
+        with pytest.raises(OverflowError, match=f"{number} does not fit 3 digits"):
+            BinaryValue(number, 3, binaryRepresentation=representation)
+    with pytest.raises(OverflowError, match="-1 does not fit 8 digits"):
+        BinaryValue(-1, 8)
+    assert BinaryValue(0, 8, binaryRepresentation=BinaryRepresentation.TWOS_COMPLEMENT).binstr == "00000000"
+
+
+def test_slices_go_in_the_direction_of_the_range():
+    digits = LogicArray("1010")
+    assert digits[3:2] == "10" and digits[2:2] == "0" and digits[:] == "1010" and digits[1:].range == Range(1, "downto", 0)
+    for array in (digits, LogicArray("1010", Range(0, "to", 3)), Array([1, 0, 1, 0], Range(3, "downto", 0))):
+        first, last = array.right, array.left
+        with pytest.raises(IndexError, match="direction"):
+            array[first:last]
+        with pytest.raises(IndexError, match="direction"):
+            array[first:last] = "0000"
+        for part in (slice(None, None, 1), slice(array.left, array.right, 2)):
+            with pytest.raises(IndexError, match="step"):
+                array[part]
+            with pytest.raises(IndexError, match="step"):
+                array[part] = "0000"
+        with pytest.raises(IndexError, match="index 4"):
+            array[4]
+        assert list(array) == [1, 0, 1, 0]
+
+
+def test_arrays_have_the_indices_of_their_range():
+    array = Array([1, 2, 3], Range(2, "downto", 0))
+    assert array[2] == 1 and array[0] == 3 and list(array) == [1, 2, 3] and list(reversed(array)) == [3, 2, 1] and len(array) == 3
+    assert array[2:1] == Array([1, 2]) == [1, 2] and array[1:].range == Range(1, "downto", 0) and 2 in array and 4 not in array
+    assert (array.left, array.direction, array.right) == (2, "downto", 0) and array.index(3) == 0 and array.count(3) == 1
+    assert array == [1, 2, 3] == array and array == (1, 2, 3) and array != [3, 2, 1] and array == Array([1, 2, 3], Range(-1, 1)) and array != 6
+    assert np.array_equal(np.asarray(array), [1, 2, 3]) and repr(array) == "Array([1, 2, 3], Range(2, 'downto', 0))"
+    array[0], array[2:1] = 9, [7, 8]
+    assert array == [7, 8, 9]
+    array.range = Range(-1, "downto", -3)
+    assert array[-3] == 9 and array[-1:-2] == [7, 8]
+    assert Array("abc").range == Range(0, "to", 2) and Array("abc", 3)[2] == "c" and len(Array([], Range(1, "to", 0))) == 0
+    with pytest.raises(ValueError, match="3"):
+        Array([1, 2, 3], Range(3, "downto", 0))
+    with pytest.raises(ValueError, match="4"):
+        array.range = Range(3, "downto", 0)
+    with pytest.raises(ValueError, match="not in"):
+        array.index(1)
+    for wrong in ([1], [1, 2, 3]):
+        with pytest.raises(ValueError, match="2"):
+            array[-1:-2] = wrong
+    with pytest.raises(TypeError, match="no range"):
+        Array([1], "0:0")

@@ -123,6 +123,71 @@ def test_a_bench_of_cocotb_2_runs_unchanged(tmp_path):
     assert done.returncode == 0 and " 0 failed, 0 skipped" in done.stdout, done.stdout + done.stderr[-3000:]
 
 
+@pytest.mark.parametrize("version", ["1.9", "2.1"])
+def test_values_of_arrays_have_the_indices_of_the_version(tmp_path, version):
+    (tmp_path / "rows.sv").write_text(textwrap.dedent("""
+        module rows (input wire [7:0] down [2:0], input wire [7:0] up [4:6], input wire [7:0] both [1:0][5:7], input real gains [2:1]);
+        endmodule
+    """))
+    (tmp_path / "bench.py").write_text(textwrap.dedent("""
+        import cocotb
+        from cocotb.triggers import Timer
+        from cocotb.types import Array, Range
+
+        @cocotb.test()
+        async def reads(dut):
+            dut.down.value, dut.up.value, dut.gains.value = [10, 20, 30], [1, 2, 3], [0.5, 0.25]
+            dut.both.value = [[1, 2, 3], [4, 5, 6]]
+            await Timer(1, "ns")
+            down, up, both, gains = dut.down.value, dut.up.value, dut.both.value, dut.gains.value
+            assert down == [10, 20, 30] and list(up) == [1, 2, 3] and both == [[1, 2, 3], [4, 5, 6]] and gains == [0.5, 0.25]
+            if cocotb.__version__ == "1.9.2":
+                assert type(down) is type(both[0]) is list and (down[0], up[0], both[0][2], gains[0]) == (10, 1, 3, 0.5)
+                return
+            assert isinstance(both, Array) and isinstance(both[1], Array) and both.range == Range(1, 0) and both[0].range == Range(5, 7)
+            assert (down[2], down[0], up[4], up[6], both[1][7], both[0][5], gains[2]) == (10, 30, 1, 3, 3, 4, 0.5)
+            assert down[2:1] == [10, 20] and all(down[at] == dut.down[at].value for at in range(3))
+            dut.down.value, dut.both.value = Array([7, 8, 9], Range(0, 2)), both
+            await Timer(1, "ns")
+            assert dut.down.value == [7, 8, 9] and dut.both.value == both
+    """))
+    options = ("--cocotb-version", version, "--hoverlock-source", "rows.sv", "--hoverlock-top", "rows")
+    done = run(tmp_path, "hoverlock", "--as-cocotb", "bench.py", *options)
+    assert done.returncode == 0 and "1 passed" in done.stdout, done.stdout + done.stderr
+
+
+def run_on_dff(folder, *body, **environment):
+    """Runs one test with these lines under the alias, and returns the finished process."""
+    lines = "".join(f"    {line}\n" for line in body)
+    imports = "import logging\nimport cocotb\nfrom cocotb.triggers import Timer\nfrom cocotb.types import LogicArray\n"
+    (folder / "bench.py").write_text(f"{imports}@cocotb.test()\nasync def bench(dut):\n{lines}")
+    return run(folder, "hoverlock", "--as-cocotb", "bench.py", *DFF, **environment)
+
+
+def test_weak_digits_may_be_resolved_alone(tmp_path):
+    body = []
+    for digit, bit in (("L", 0), ("H", 1), ("h", 1)):
+        body += [f"dut.d.value = '{digit}'", "await Timer(1, 'ns')", f"assert dut.d.value == {bit}"]
+    for digit in "XZUW-":
+        body += ["try:", f"    dut.d.value = '{digit}'", "except ValueError as error:", "    assert 'not a value' in str(error)"]
+        body += ["else:", "    assert False"]
+    done = run_on_dff(tmp_path, *body, COCOTB_RESOLVE_X="weak")
+    assert done.returncode == 0 and "1 passed" in done.stdout, done.stdout + done.stderr
+    assert "'d' was given 'L'" in done.stderr
+    done = run_on_dff(tmp_path, "dut.d.value = 'X'", "await Timer(1, 'ns')", "assert dut.d.value == 0", COCOTB_RESOLVE_X="")
+    assert done.returncode == 0 and "1 passed" in done.stdout, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("level", ["TRACE", "debug", "", "ERROR"])
+def test_the_level_of_the_log_is_that_of_the_environment(tmp_path, level):
+    body = ("log = logging.getLogger('cocotb.bench')", "log.log(5, 'of a trace')", "log.debug('fine')", "log.info('coarse')")
+    done = run_on_dff(tmp_path, *body, "assert logging.TRACE == 5", COCOTB_LOG_LEVEL=level)
+    assert done.returncode == 0 and "1 passed" in done.stdout, done.stdout + done.stderr
+    expected = {"of a trace": level == "TRACE", "fine": level in ("TRACE", "debug"), "coarse": level != "ERROR"}
+    assert {text: text in done.stderr for text in expected} == expected
+    assert ("TRACE    cocotb.bench" in done.stderr) == (level == "TRACE")
+
+
 def test_a_bench_of_cocotb_test_may_name_its_simulator(tmp_path):
     (tmp_path / "wide.v").write_text("module wide #(parameter W = 1) (input wire [W-1:0] in); endmodule\n")
     (tmp_path / "test_wide.py").write_text(textwrap.dedent("""

@@ -112,6 +112,133 @@ def test_leaked_tasks_are_ended_and_told(caplog):
     assert ended == [True] and "1 tasks still ran at the end and are cancelled" in caplog.text
 
 
+class ScoreboardError(Exception):
+    pass
+
+
+async def monitor(error, seen=None):
+    """Raises an error when it is cancelled."""
+    try:
+        await Timer(1, "sec")
+    finally:
+        if seen is not None:
+            seen.append("cleaned up")
+        raise error
+
+
+async def leaves_a_monitor(dut, error):
+    start_soon(monitor(error))
+    await Timer(1, "ns")
+
+
+async def cancels_a_monitor(dut, error):
+    task = start_soon(monitor(error))
+    await Timer(1, "ns")
+    task.cancel()
+    await Timer(1, "ns")
+
+
+ERRORS = [ScoreboardError("3 beats are left"), KeyError("lost"), AssertionError("differ"), SystemExit(3), KeyboardInterrupt()]
+
+
+@pytest.mark.parametrize("bench", [leaves_a_monitor, cancels_a_monitor])
+@pytest.mark.parametrize("error", ERRORS, ids=repr)
+def test_an_error_of_clean_up_is_raised(bench, error):
+    hook = sys.unraisablehook
+    with pytest.raises(type(error)) as caught:
+        simulate(counter, bench, arguments={"error": error})
+    assert caught.value is error and "monitor" in [entry.name for entry in caught.traceback]
+    with pytest.raises(type(error)):
+        hoverlock.test(bench).with_arguments("with", {"error": error}).run(counter, seed=1)
+    assert sys.unraisablehook is hook
+
+
+def test_an_error_of_clean_up_is_raised_by_the_session_that_cancels():
+    async def starts(dut, error):
+        start_soon(cancels_a_monitor(dut, error))
+
+    with hoverlock.Session(counter) as session:
+        session.run(starts, error=KeyError("later"))
+        with pytest.raises(KeyError, match="later"):
+            session.run_for(5, "ns")
+        session.run(leaves_a_monitor, error=ScoreboardError("at the end"))
+        with pytest.raises(ScoreboardError, match="at the end"):
+            session.close()
+        session.close()
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_an_error_of_the_bench_comes_before_those_of_clean_up():
+    async def fails(dut, error):
+        await cancels_a_monitor(dut, error)
+        start_soon(monitor(error, cleaned_up))
+        await Timer(1, "ns")
+        raise LookupError("first")
+
+    async def passes(dut, error):
+        await cancels_a_monitor(dut, error)
+        hoverlock.pass_test("enough")
+
+    cleaned_up = []
+    with pytest.raises(LookupError, match="first") as caught:
+        simulate(counter, fails, arguments={"error": KeyError("clean-up")})
+    assert caught.value.__context__ is None and cleaned_up == ["cleaned up"]
+    # An expected end does not hide them.
+    for bench, options in ((passes, {}), (fails, {"expect_error": LookupError})):
+        with pytest.raises(KeyError, match="clean-up"):
+            hoverlock.test(**options)(bench).with_arguments("with", {"error": KeyError("clean-up")}).run(counter, seed=1)
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_clean_up_may_end_by_its_cancellation():
+    import asyncio
+
+    seen = []
+
+    async def raises(error):
+        try:
+            await Timer(1, "sec")
+        finally:
+            seen.append(error)
+            raise error
+
+    async def awaits():
+        try:
+            await Timer(1, "sec")
+        finally:
+            seen.append("awaits")
+            await Timer(1, "ns")
+
+    async def bench(dut):
+        for error in (asyncio.CancelledError(), GeneratorExit(), hoverlock.CancelledError("of another"), hoverlock.errors.TestSuccess("enough")):
+            start_soon(raises(error))
+        start_soon(awaits())
+        await Timer(1, "ns")
+
+    simulate(counter, bench)
+    hoverlock.test(bench).run(counter, seed=1)
+    assert len(seen) == 10
+
+
+def test_errors_of_clean_up_stay_in_their_thread_and_simulation():
+    async def outer(dut, error):
+        with pytest.raises(KeyError, match="inner"):
+            simulate(counter, leaves_a_monitor, arguments={"error": KeyError("inner")})
+        await leaves_a_monitor(dut, error)
+
+    def run(number):
+        try:
+            simulate(counter, outer, arguments={"error": ScoreboardError(number)})
+        except ScoreboardError as error:
+            raised.append((number, *error.args))
+
+    raised, hook = [], sys.unraisablehook
+    threads = [threading.Thread(target=run, args=(number,)) for number in range(8)]
+    [t.start() for t in threads]
+    [t.join() for t in threads]
+    assert sorted(raised) == [(number, number) for number in range(8)] and sys.unraisablehook is hook
+
+
 def test_a_forgotten_await_or_another_librarys_is_told():
     import asyncio
 

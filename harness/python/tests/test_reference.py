@@ -56,7 +56,7 @@ def test_the_reference_can_be_built(tmp_path):
 
 def test_every_module_of_the_package_is_in_it():
     inner = {
-        "_core", "__main__", "pytest_plugin", "clock", "design", "errors", "hierarchy", "options", "outputs", "queue",
+        "_core", "__main__", "pytest_plugin", "clean_up", "clock", "design", "errors", "hierarchy", "options", "outputs", "queue",
         "session", "tasks", "testing", "bus._path", "bus.memory_mapped", "bus.stream", "transfer", "triggers", "utils",
         "writes", "cocotb.queue", "cocotb.logging", "cocotb.simtime", "cocotb.task", "cocotb._bridge",
         "flags", "makefile", "process", "supervisor", "cocotb.config", "cocotb._typing", "cocotb._base_triggers", "cocotb._outcomes",

@@ -307,6 +307,26 @@ async def with_timeout_gives_the_result_or_raises(dut):
         await with_timeout(slow(), 4, "ns")
     assert get_sim_time("ns") == before + 4
     assert await with_timeout(Timer(1, "ns"), 2, "ns") is None
+    assert await with_timeout(Combine(Timer(1, "ns"), Timer(1, "ns")), 2, "ns") is None
+    soon = Timer(1, "ns")
+    assert await with_timeout(First(soon, Timer(1, "us")), 1, "ms") is soon
+    for wait in (start_soon(slow()), start_soon(slow()).join(), First(start_soon(slow()), Timer(1, "us"))):
+        assert await with_timeout(wait, 1, "us") == 5
+
+
+@hoverlock.test()
+async def a_coroutine_ends_with_the_task_that_limits_its_time(dut):
+    ended = []
+
+    async def slow():
+        try:
+            await Timer(1, "us")
+        finally:
+            ended.append(get_sim_time("ns"))
+
+    with pytest.raises(SimTimeoutError, match="within 4 ns"):
+        await with_timeout(with_timeout(slow(), 1, "ms"), 4, "ns")
+    assert ended == [4]
 
 
 @hoverlock.test()

@@ -8,13 +8,12 @@ waits for a coroutine of ``resume``: at any time one of the two runs.
 from __future__ import annotations
 
 import functools
-import sys
 import threading
 from collections.abc import Callable, Coroutine
 from queue import SimpleQueue
 from typing import Any
 
-from ..errors import CancelledError
+from ..errors import is_own_end
 
 __all__ = ["bridge", "resume"]
 
@@ -51,7 +50,7 @@ def bridge(function: Callable[..., Any]) -> Callable[..., Coroutine[Any, Any, An
             try:
                 result = await what
             except BaseException as error:
-                if _is_own_end(error):
+                if is_own_end(error):
                     # The thread's wait ends with an error, so that the thread ends.
                     to_thread.put((None, RuntimeError("the task of this bridge was cancelled")))
                     raise
@@ -59,14 +58,6 @@ def bridge(function: Callable[..., Any]) -> Callable[..., Coroutine[Any, Any, An
             to_thread.put((result, failure))
 
     return run
-
-
-def _is_own_end(error: BaseException) -> bool:
-    """Returns whether the task itself is cancelled, rather than one that it waited for."""
-    if isinstance(error, GeneratorExit):
-        return True
-    asyncio = sys.modules.get("asyncio")
-    return asyncio is not None and isinstance(error, asyncio.CancelledError) and not isinstance(error, CancelledError)
 
 
 def resume(function: Callable[..., Coroutine[Any, Any, Any]]) -> Callable[..., Any]:

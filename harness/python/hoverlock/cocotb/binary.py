@@ -8,15 +8,18 @@
 
 from __future__ import annotations
 
+import operator
+import warnings
 from typing import Any
 
-from .types import LogicArray
+from ..errors import RangeError
+from .types import LogicArray, Range
 
 __all__ = ["BinaryRepresentation", "BinaryValue"]
 
 
 class BinaryRepresentation:
-    """The encoding of negative numbers."""
+    """The encoding of negative numbers; both signed ones are two's complement here."""
 
     UNSIGNED = 0
     SIGNED_MAGNITUDE = 1
@@ -24,7 +27,12 @@ class BinaryRepresentation:
 
 
 class BinaryValue(LogicArray):
-    """A binary value as a number, a string or bytes. ``bigEndian``: index 0 is the highest digit, otherwise the lowest."""
+    """A binary value as a number, a string or bytes.
+
+    ``bigEndian``: index 0 is the leftmost digit, missing digits are appended on the right, bytes have the order of the digits,
+    and the digits of a number in two's complement are reversed. Otherwise index 0 is the rightmost digit, missing digits are put
+    on the left, and the first byte has the lowest digits. Without ``n_bits`` a value has as many digits as it needs.
+    """
 
     def __init__(
         self,
@@ -34,27 +42,58 @@ class BinaryValue(LogicArray):
         binaryRepresentation: int = BinaryRepresentation.UNSIGNED,  # noqa: N803
         bits: int | None = None,
     ) -> None:
-        n_bits = n_bits if n_bits is not None else bits
+        super().__init__()
+        self._n_bits = n_bits if n_bits is not None else bits
         self.big_endian = bigEndian
         self.binaryRepresentation = binaryRepresentation
-        if value is None:
-            value = "X" * (n_bits or 1)
-        if isinstance(value, (bytes, bytearray)):
-            value = int.from_bytes(value, "big") if not n_bits else format(int.from_bytes(value, "big"), f"0{n_bits}b")
-        if isinstance(value, str) and n_bits and len(value) < n_bits:
-            value = value.rjust(n_bits, "0")
-        super().__init__(value, n_bits)
+        if value is not None:
+            self.assign(value)
 
     @property
     def n_bits(self) -> int:
         """The number of digits."""
-        return len(self)
+        return len(self) if self._n_bits is None else self._n_bits
 
     def assign(self, value: Any) -> None:
-        """Sets the value from a number, a string of digits or bytes."""
+        """Sets the value from a number, a string of digits or bytes.
+
+        Raises
+        ------
+        RangeError
+            If a number does not fit. Of a string or bytes, digits on the left are removed, with a ``RuntimeWarning``.
+        """
         if isinstance(value, (bytes, bytearray)):
-            value = int.from_bytes(value, "big")
-        self._digits = LogicArray(value, None if isinstance(value, str) else len(self))._digits.rjust(len(self), "0")
+            ordered = value if self.big_endian else value[::-1]
+            self._digits = self._fitted("".join(format(byte, "08b") for byte in ordered))
+        elif isinstance(value, (str, LogicArray)):
+            self._digits = self._fitted(LogicArray(value)._digits)
+        else:
+            self._digits = self._digits_of(operator.index(value))
+        last = len(self._digits) - 1
+        self.range = Range(0, "to", last) if self.big_endian else Range(last, "downto", 0)
+
+    def _digits_of(self, number: int) -> str:
+        signed = self.binaryRepresentation != BinaryRepresentation.UNSIGNED
+        size = (number if number >= 0 else ~number).bit_length() + signed
+        if (number < 0 and not signed) or (self._n_bits is not None and size > self._n_bits):
+            raise RangeError(f"{number} does not fit {'' if self._n_bits is None else f'{self._n_bits} '}digits")
+        if number == 0:
+            return self._fitted("")
+        digits = format(number & ((1 << size) - 1), f"0{size}b")
+        if not signed:
+            return self._fitted(digits)
+        if not self.big_endian:
+            return self._fitted(digits, digits[0])
+        return self._fitted(digits, digits[-1])[::-1]
+
+    def _fitted(self, digits: str, fill: str = "0") -> str:
+        """Returns as many digits as the value has: with ``fill`` for those that are missing, or without the leftmost."""
+        missing = 0 if self._n_bits is None else self._n_bits - len(digits)
+        if missing < 0:
+            rest = digits[-missing:]
+            warnings.warn(f"'{digits}' has more than {self._n_bits} digits: '{rest}' is left", RuntimeWarning, stacklevel=4)
+            return rest
+        return digits + fill * missing if self.big_endian else fill * missing + digits
 
     set_value = assign
 
@@ -72,18 +111,22 @@ class BinaryValue(LogicArray):
     def value(self, value: Any) -> None:
         self.assign(value)
 
-    integer = property(lambda self: self.to_unsigned(), assign, doc="The unsigned number.")
+    integer = property(get_value, assign, doc="The number, signed or unsigned as ``binaryRepresentation`` says.")
     signed_integer = property(lambda self: self.to_signed(), assign, doc="The number in two's complement.")
-    binstr = property(lambda self: self._digits, assign, doc="The digits, highest first.")
-    buff = property(lambda self: self.to_bytes(), assign, doc="The bytes, highest first.")
+    binstr = property(lambda self: self._digits, assign, doc="The digits, leftmost first.")
+
+    @property
+    def buff(self) -> bytes:
+        """The bytes, those of the leftmost digits first if ``bigEndian``, otherwise last."""
+        return self.to_bytes(byteorder="big" if self.big_endian else "little")
+
+    @buff.setter
+    def buff(self, value: bytes) -> None:
+        self.assign(value)
 
     def __int__(self) -> int:
         return self.value
 
     def __getitem__(self, index: int | slice) -> Any:
-        digits = self._digits if self.big_endian else self._digits[::-1]
-        if isinstance(index, slice):
-            first, last = sorted((index.start or 0, len(self) - 1 if index.stop is None else index.stop))
-            part = digits[first : last + 1]
-            return BinaryValue(part if self.big_endian else part[::-1], bigEndian=self.big_endian)
-        return BinaryValue(digits[index])
+        part = super().__getitem__(index if isinstance(index, slice) else range(len(self))[index])
+        return BinaryValue(str(part), bigEndian=self.big_endian, binaryRepresentation=self.binaryRepresentation)

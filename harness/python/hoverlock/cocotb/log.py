@@ -23,6 +23,11 @@ __all__ = [
     "strip_ansi",
 ]
 
+# cocotb 2's level below DEBUG.
+TRACE = 5
+logging.addLevelName(TRACE, "TRACE")
+logging.TRACE = TRACE  # type: ignore[attr-defined]
+
 
 class ANSI:
     """Escape sequences for colours; the log here has none."""

@@ -6,12 +6,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Coroutine, Sequence
 from typing import Any
 
 from .. import triggers as _triggers
 from .._core import Task, start_soon
 from ..deprecated import advise
-from ..errors import TriggerError
+from ..errors import TriggerError, is_own_end
 from ..triggers import (
     ClockCycles,
     Combine,
@@ -27,8 +28,8 @@ from ..triggers import (
     Timer,
     Trigger,
     ValueChange,
-    with_timeout,
 )
+from ._outcomes import Error, Value
 
 __all__ = [
     "ClockCycles",
@@ -57,6 +58,7 @@ __all__ = [
 ]
 
 TriggerException = TriggerError
+Outcome = Value | Error
 Waitable = GPITrigger = PythonTrigger = Trigger
 
 
@@ -109,36 +111,80 @@ def TaskComplete(task: Task[Any]) -> Trigger:
     return task.complete
 
 
-async def gather(*awaitables: object, return_exceptions: bool = False) -> tuple[object, ...]:
-    """Awaits all, and returns their results in order; the result of a trigger is the trigger.
+async def with_timeout(
+    trigger: Any, timeout_time: float, timeout_unit: str = "step", *, timeout_units: str | None = None, round_mode: str | None = None
+) -> Any:
+    """The same as `hoverlock.with_timeout`; the result of a trigger is the trigger, and of `First` the one that fired.
+
+    >>> await with_timeout(RisingEdge(dut.done), 10, "us")
+    """
+    return await _triggers.first_within(trigger, timeout_time, timeout_units or timeout_unit, round_mode)
+
+
+async def gather(*awaitables: Any, return_exceptions: bool = False) -> tuple[Any, ...]:
+    """Awaits all, and returns their results in order; the result of a trigger is the trigger. The first error cancels the others
+    and is raised, unless ``return_exceptions``.
 
     >>> a, b = await gather(read(0), read(1))
     """
-    async def end_of(item: Any) -> tuple[object, Exception | None]:
-        try:
-            given = await item
-        except Exception as error:
-            return None, error
-        return item if given is None and isinstance(item, Trigger) else given, None
 
-    ends = [await task for task in [start_soon(end_of(item)) for item in awaitables]]
-    for _, error in ends:
-        if error is not None and not return_exceptions:
-            raise error
-    return tuple(given if error is None else error for given, error in ends)
+    def is_raised(outcome: Outcome) -> bool:
+        return isinstance(outcome, Error) and not (return_exceptions and isinstance(outcome.error, Exception))
+
+    outcomes = await _outcomes(awaitables, is_raised)
+    for outcome in outcomes.values():
+        if is_raised(outcome):
+            outcome.get()
+    ends = [outcomes[at] for at in range(len(awaitables))]
+    return tuple(end.error if isinstance(end, Error) else end.value for end in ends)
 
 
-async def select(*awaitables: object) -> tuple[int, Any]:
-    """Awaits the first, and returns its index and its result; the others are cancelled.
+async def select(*awaitables: Any) -> tuple[int, Any]:
+    """Awaits the first, and returns its index and its result, or raises its error; the others are cancelled.
 
     >>> which, _ = await select(RisingEdge(dut.done), Timer(1, "us"))
     """
-    async def numbered(at: int, item: Any) -> tuple[int, Any]:
-        given = await item
-        return at, item if given is None and isinstance(item, Trigger) else given
+    if not awaitables:
+        raise ValueError("select of nothing")
+    outcomes = await _outcomes(awaitables, lambda _: True)
+    at, outcome = next(iter(outcomes.items()))
+    return at, outcome.get()
 
-    tasks = [start_soon(numbered(at, item)) for at, item in enumerate(awaitables)]
-    came: tuple[int, Any] = await First(*tasks)
-    for task in tasks:
-        task.cancel()
-    return came
+
+async def _outcomes(awaitables: Sequence[Any], ends_all: Callable[[Outcome], bool]) -> dict[int, Outcome]:
+    """Awaits all at the same time, until all have ended or one ends with an outcome that ends all. Returns the outcomes by index,
+    in the order in which they came.
+
+    The others are cancelled at once, and all are if the caller is; tasks among them keep running.
+    """
+    outcomes: dict[int, Outcome] = {}
+    started: set[int] = set()
+    over = _triggers.Event("the end of gather or select")
+
+    async def watch(at: int, item: Any) -> None:
+        started.add(at)
+        try:
+            outcome: Outcome = Value(await (First(item) if isinstance(item, Trigger) else item))
+        except BaseException as error:
+            if is_own_end(error):
+                raise
+            outcome = Error(error)
+        outcomes[at] = outcome
+        if ends_all(outcome) or len(outcomes) == len(awaitables):
+            over.set()
+            cancel_others()
+
+    def cancel_others() -> None:
+        for at, (task, item) in enumerate(zip(tasks, awaitables)):
+            if at not in outcomes:
+                task.cancel()
+            if at not in started and isinstance(item, Coroutine):
+                item.close()  # otherwise Python warns that it was never awaited
+
+    tasks = [start_soon(watch(at, item), getattr(item, "__qualname__", None)) for at, item in enumerate(awaitables)]
+    try:
+        if awaitables:
+            await over.wait()
+    finally:
+        cancel_others()
+    return outcomes

@@ -14,6 +14,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+from ..._core import ArrayHandle
+
 __all__ = ["AbstractArray", "AbstractMutableArray", "Array", "Bit", "IndexingChangedWarning", "Logic", "LogicArray", "Range", "concat"]
 
 _DIGITS = "UX01ZWLH-"
@@ -148,7 +150,70 @@ class Bit(Logic):
             raise ValueError(f"{value!r} is no Bit: 0 or 1")
 
 
-class LogicArray:
+class AbstractArray:
+    """The items of an array with a range; the base of `LogicArray` and `Array`."""
+
+    range: Range
+
+    @property
+    def left(self) -> int:
+        """The index of the first item."""
+        return self.range.left
+
+    @property
+    def direction(self) -> str:
+        """``"to"`` or ``"downto"``."""
+        return self.range.direction
+
+    @property
+    def right(self) -> int:
+        """The index of the last item."""
+        return self.range.right
+
+    def __iter__(self) -> Iterator[Any]:
+        raise NotImplementedError
+
+    def __contains__(self, item: object) -> bool:
+        return any(own == item for own in self)
+
+    def index(self, value: object) -> int:
+        """Returns the index of the first item with a value.
+
+        Raises
+        ------
+        ValueError
+            If there is none.
+        """
+        for index, item in zip(self.range, self):
+            if item == value:
+                return index
+        raise ValueError(f"{value!r} is not in {self!r}")
+
+    def count(self, value: object) -> int:
+        """Returns the number of items with a value."""
+        return sum(item == value for item in self)
+
+    def _at(self, index: int) -> int:
+        if index not in self.range:
+            raise IndexError(f"index {index} of {self.range}")
+        return self.range.index(index)
+
+    def _span(self, part: slice) -> tuple[slice, Range]:
+        """Returns the positions of a slice, both of whose indices are included, and its range."""
+        left = self.range.left if part.start is None else part.start
+        right = self.range.right if part.stop is None else part.stop
+        if part.step is not None:
+            raise IndexError(f"[{left}:{right}:{part.step}]: a slice of {self.range} has no step")
+        first, last = self._at(left), self._at(right)
+        if first > last:
+            raise IndexError(f"[{left}:{right}] has not the direction of {self.range}")
+        return slice(first, last + 1), Range(left, self.range.direction, right)
+
+
+AbstractMutableArray = AbstractArray
+
+
+class LogicArray(AbstractArray):
     """Digits with a range: ``LogicArray("10X1")``, ``LogicArray(10, 4)``, ``LogicArray(10, Range(3, "downto", 0))``.
 
     Compares with numbers, strings and values of signals; indexed and sliced by its range.
@@ -231,28 +296,16 @@ class LogicArray:
         """The digits as text, the leftmost first."""
         return self._digits
 
-    def _at(self, index: int) -> int:
-        if index not in self.range:
-            raise IndexError(f"index {index} of {self.range}")
-        return self.range.index(index)
-
     def __getitem__(self, index: int | slice) -> Any:
         if isinstance(index, slice):
-            left = self.range.left if index.start is None else index.start
-            right = self.range.right if index.stop is None else index.stop
-            digits = self._digits[self._at(left) : self._at(right) + 1]
-            return LogicArray(digits, Range(left, self.range.direction, right))
+            positions, part = self._span(index)
+            return LogicArray(self._digits[positions], part)
         return Logic(self._digits[self._at(index)])
 
     def __setitem__(self, index: int | slice, value: Any) -> None:
-        left, right = index, index
-        if isinstance(index, slice):
-            left = self.range.left if index.start is None else index.start
-            right = self.range.right if index.stop is None else index.stop
-        assert isinstance(left, int) and isinstance(right, int)
-        first, last = self._at(left), self._at(right)
-        digits = str(Logic(value)) if first == last else LogicArray(value, last - first + 1)._digits
-        self._digits = self._digits[:first] + digits + self._digits[last + 1 :]
+        positions, part = self._span(index if isinstance(index, slice) else slice(index, index))
+        digits = str(Logic(value)) if len(part) == 1 else LogicArray(value, part)._digits
+        self._digits = self._digits[: positions.start] + digits + self._digits[positions.stop :]
 
     def __len__(self) -> int:
         return len(self._digits)
@@ -262,9 +315,6 @@ class LogicArray:
 
     def __reversed__(self) -> Iterator[Logic]:
         return (Logic(digit) for digit in reversed(self._digits))
-
-    def __contains__(self, item: object) -> bool:
-        return any(digit == item for digit in self)
 
     def __str__(self) -> str:
         return self._digits
@@ -350,15 +400,91 @@ class LogicArray:
     __radd__, __rmul__ = __add__, __mul__
 
 
-class Array(list[Any]):
-    """A list with a range; indexed by position here."""
+class Array(AbstractArray):
+    """A fixed number of items of any kind, indexed and sliced by a range; without one from 0 on. Equal to another array, a list
+    or a tuple with the same items from left to right.
 
-    def __init__(self, value: Iterable[Any] = (), range: Range | int | None = None) -> None:  # noqa: A002
-        super().__init__(value)
-        self.range = range if isinstance(range, Range) else Range(0, "to", len(self) - 1)
+    >>> Array([1, 2, 3], Range(2, "downto", 0))[2:1]
+    Array([1, 2], Range(2, 'downto', 1))
+    """
+
+    def __init__(self, value: Iterable[Any], range: Range | int | None = None) -> None:  # noqa: A002
+        self._items = list(value)
+        size = len(self._items) if range is None else range
+        self.range = Range(0, "to", size - 1) if isinstance(size, int) else size
+
+    @property
+    def range(self) -> Range:
+        """The indices, from left to right; another range must have as many."""
+        return self._range
+
+    @range.setter
+    def range(self, new: Range) -> None:
+        if not isinstance(new, Range):
+            raise TypeError(f"{new!r} is no range of an Array: Range(3, 'downto', 0)")
+        if len(new) != len(self._items):
+            raise ValueError(f"{new} has {len(new)} indices, not {len(self._items)}")
+        self._range = new
+
+    def __getitem__(self, index: int | slice) -> Any:
+        if isinstance(index, slice):
+            positions, part = self._span(index)
+            return Array(self._items[positions], part)
+        return self._items[self._at(index)]
+
+    def __setitem__(self, index: int | slice, value: Any) -> None:
+        if not isinstance(index, slice):
+            self._items[self._at(index)] = value
+            return
+        positions, part = self._span(index)
+        items = list(value)
+        if len(items) != len(part):
+            raise ValueError(f"{len(items)} items for {part}, which has {len(part)} indices")
+        self._items[positions] = items
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._items)
+
+    def __reversed__(self) -> Iterator[Any]:
+        return iter(self._items[::-1])
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, (Array, list, tuple)):
+            return self._items == list(other)
+        return NotImplemented
+
+    # It can be changed.
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        return f"Array({self._items!r}, {self.range})"
 
 
-AbstractArray = AbstractMutableArray = Array
+_list_of_array = ArrayHandle.value
+
+
+def index_arrays_as_declared(yes: bool) -> None:
+    """Sets whether the value of a handle of an array is an `Array` with the declared range, as in cocotb 2, or a list.
+
+    >>> index_arrays_as_declared(True)
+    """
+    ArrayHandle.value = property(_array_of, _list_of_array.__set__) if yes else _list_of_array
+
+
+def _array_of(handle: ArrayHandle) -> Array:
+    return _with_ranges(_list_of_array.__get__(handle), handle)
+
+
+def _with_ranges(items: list[Any], handle: ArrayHandle) -> Array:
+    """Returns the items of an array, and of the arrays in it, with their ranges."""
+    left, right = handle._range
+    if isinstance(items[0], list):
+        row: Any = handle[left]  # all rows have the same range
+        items = [_with_ranges(item, row) for item in items]
+    return Array(items, Range(left, right))
 
 
 def concat(a: Any, b: Any) -> LogicArray:
