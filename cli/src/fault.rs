@@ -477,8 +477,12 @@ fn report(
         write_file(path, &csv(&rows)?)?;
     }
     if let Some(path) = &args.table {
+        let compared = match args.other.source.is_empty() {
+            true => " Packets are compared, neither `irq` nor the register bus.",
+            false => "",
+        };
         let text = format!(
-            "# What comes of {} faults\n\n{about}. Made by\n\n    {}\n\n{table}{said}",
+            "# What comes of {} faults\n\n{about}.{compared} Made by\n\n    {}\n\n{table}{said}",
             faults.len(),
             command()
         );

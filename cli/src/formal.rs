@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::{ValueEnum, ValueHint};
-use hoverlock_design::{DesignPoint, KT27, smoother_names};
+use hoverlock_design::{DesignPoint, KT27, Protection, smoother_names};
 use hoverlock_fixed_point::analysis::bounds::Bounds;
 use hoverlock_fixed_point::model::bit_true::BitTrue;
 use hoverlock_fixed_point::model::stages::StageCoefficients;
@@ -33,7 +33,7 @@ use self::coverage::Drawing;
 use crate::Verdict;
 use crate::choice::between;
 use crate::design::{emitted, verilog_of};
-use crate::output::{prepare_target, print, print_json, shown, verdict, write_file};
+use crate::output::{prepare_target, print, print_json, say, shown, verdict, write_file};
 use crate::progress::LogLines;
 
 mod coverage;
@@ -159,16 +159,31 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let mut tasks: Vec<(&Claim, Task)> = Vec::new();
     for claim in &claims {
         tasks.push((claim, Task::Proof));
-        if ["cover (", "cover("].iter().any(|word| claim.properties.contains(word)) {
-            tasks.push((claim, Task::Cover));
-        }
+        tasks.push((claim, Task::Cover));
         if args.mutants {
             tasks.extend((0..claim.mutants.len()).map(|at| (claim, Task::Mutant(at))));
         }
     }
     let (limit, solver) = (Duration::from_secs_f64(args.limit), args.solver.into());
     let place = Place { sources: &sources, out: &args.out, limit, solver };
-    let mut results = all(&tasks, |(claim, task)| Ok(prove(claim, *task, &place)?), |outcome| outcome.name.clone())?;
+    // Whether there are covers is known once Yosys has read the properties.
+    let outcome = |(claim, task): &(&Claim, Task)| match prove(claim, *task, &place) {
+        Err(error) if error.is_without_covers() => Ok(None),
+        result => Ok(Some(result?)),
+    };
+    let named = |outcome: &Option<Outcome>| outcome.as_ref().map_or(String::new(), |outcome| outcome.name.clone());
+    let outcomes = all(&tasks, outcome, named)?;
+    let (mut finished, mut results) = (Vec::new(), Vec::new());
+    for ((claim, task), outcome) in tasks.into_iter().zip(outcomes) {
+        match outcome {
+            Some(outcome) => {
+                finished.push((claim, task));
+                results.push(outcome);
+            }
+            None => say(&format!("{}: no covers, so no run of interest may be possible: add a cover", claim.name)),
+        }
+    }
+    let tasks = finished;
     let design = rounding_design(&KT27)?;
     let mut answers = Vec::new();
     for &subject in &subjects {
@@ -284,8 +299,8 @@ fn nothing_left(left: &[NotStated]) -> String {
 }
 
 /// Takes out the claims that are not stated for this Verilog, and returns them: those for the default design
-/// only if the text is another one, those about a module that the design does not have, and those about a file beside
-/// the folder that is not there.
+/// only if the text is another one, those about a module that the design does not have, or has with parity bits, and
+/// those about a file beside the folder that is not there.
 fn take_not_stated(args: &Args, claims: &mut Vec<Claim>, sources: &Path) -> Result<Vec<NotStated>> {
     let originals = verilog(&KT27, None)?;
     let code = |path: &Path| {
@@ -298,7 +313,11 @@ fn take_not_stated(args: &Args, claims: &mut Vec<Claim>, sources: &Path) -> Resu
     };
     let may_lack = |file: &String| args.design.is_some() || file.starts_with("../");
     let is_missing = |file: &&String| may_lack(file) && !sources.join(file).is_file();
+    let is_protected = design(args)?.protection != Protection::Off;
     let reason = |claim: &Claim| {
+        if is_protected && !shipped::is_for_protected_designs(claim) {
+            return Some("its modules have parity bits, which the claim does not state".to_owned());
+        }
         if let Some(file) = claim.sources.iter().find(is_missing) {
             return Some(format!("there is no {}", shown(&sources.join(file))));
         }
@@ -545,7 +564,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn modules_of_the_default_design_have_the_numbers_of_its_verilog() {
-        assert_eq!(shape(&KT27).unwrap().variants, Shape::kt27().variants);
+    fn modules_and_registers_of_the_default_design_have_the_numbers_of_its_verilog() {
+        let shape = shape(&KT27).unwrap();
+        assert_eq!((shape.variants, shape.resets), (Shape::kt27().variants, Shape::kt27().resets));
     }
 }

@@ -93,6 +93,76 @@ fn verilog_of_the_users_is_proved_or_refuted_with_a_waveform() {
     assert!(short["results"][1]["detail"].as_str().unwrap().contains("nine"), "{short}");
 }
 
+#[test]
+fn covers_are_those_that_yosys_finds_and_their_absence_is_said() {
+    if !installed() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let source = saved(folder.path(), "counter.v", COUNTER);
+    let run = |cover: &str| {
+        let text = BELOW_TEN.replace("nine: cover (count == 4'd9);", cover);
+        let properties = saved(folder.path(), "below_ten.sv", &text);
+        let out = folder.path().join("out");
+        let out = out.to_str().unwrap();
+        formal(&["--json", "--out", out, "--depth", "12", "--source", &source, "--properties", &properties])
+    };
+    let unreached = run("twelve: cover property (count == 4'd12);");
+    let results = results_of(&unreached);
+    assert_eq!((unreached.status.code(), &results["results"][1]["status"]), (Some(1), &"failed".into()), "{results}");
+    // A comment is no cover.
+    let none = run("// cover (count == 4'd9);");
+    let (results, remark) = (results_of(&none), String::from_utf8_lossy(&none.stderr).into_owned());
+    assert_eq!((none.status.code(), results["results"].as_array().unwrap().len()), (Some(0), 1), "{results}");
+    assert!(remark.contains("below_ten: no covers"), "{remark}");
+}
+
+/// A value that passes from one clock to another.
+const CROSSING: &str = "module crossing (input fast, input slow, input [3:0] d, output reg [3:0] q);
+reg [3:0] a;
+always @(posedge fast) a <= d;
+always @(posedge slow) q <= a;
+endmodule
+";
+
+const CROSSING_BELOW_TEN: &str = "module crossing_properties (input fast, input slow, input [3:0] d);
+  wire [3:0] q;
+  crossing dut (.fast(fast), .slow(slow), .d(d), .q(q));
+  always @(posedge fast) below_ten: assert (q < 4'd10);
+endmodule
+";
+
+#[test]
+fn what_would_make_a_proof_meaningless_is_refused() {
+    if !installed() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let run = |design: &str, properties: &str, more: &[&str]| {
+        let source = saved(folder.path(), "design.v", design);
+        let properties = saved(folder.path(), "rules.sv", properties);
+        formal(&[&["--depth", "4", "--source", &source, "--properties", &properties], more].concat())
+    };
+    let both = "rules: registers have clock edges posedge fast and posedge slow, ";
+    assert_refused(&run(CROSSING, CROSSING_BELOW_TEN, &[]), both);
+    assert_refused(&run(CROSSING, CROSSING_BELOW_TEN, &["--coverage", "rules"]), both);
+    let falling = CROSSING.replace("posedge slow", "negedge fast");
+    assert_refused(&run(&falling, CROSSING_BELOW_TEN, &[]), "negedge fast and posedge fast");
+    // The memory alone has the second clock.
+    let memory = CROSSING
+        .replace("reg [3:0] a;", "reg [3:0] a [0:3];")
+        .replace("a <= d;", "a[d[1:0]] <= d;")
+        .replace("q <= a;", "q <= a[d[3:2]];");
+    let slow = CROSSING_BELOW_TEN.replace("posedge fast", "posedge slow");
+    assert_refused(&run(&memory, &slow, &[]), both);
+    let contradiction = BELOW_TEN.replace("begun <= 1;", "begun <= 1;\n    assume (!begun);");
+    assert_refused(&run(COUNTER, &contradiction, &[]), "rules: no run of 5 steps satisfies the assumptions");
+    let misspelt = BELOW_TEN
+        .replace("  reg begun", "  (* hierconn *) wire [3:0] \\dut.counts ;\n  reg begun")
+        .replace("assert (count <", "assert (\\dut.counts <");
+    assert_refused(&run(COUNTER, &misspelt, &[]), "rules: the design has no wire dut.counts: ");
+}
+
 /// Two claims with all their faults, a few seconds each.
 #[test]
 fn small_claims_are_proved_and_their_faults_seen() {
@@ -114,6 +184,29 @@ fn every_claim_is_proved_and_its_faults_seen() {
     let output = formal(&["--json", "--mutants"]);
     let results = results_of(&output);
     assert_eq!((output.status.code(), &results["failed"]), (Some(0), &0.into()), "{results}");
+}
+
+#[test]
+fn claims_fit_one_scale_pair_and_are_not_stated_of_parity_bits() {
+    if !installed() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let run = |name: &str, changes: &[&str]| {
+        let file = folder.path().join(name).display().to_string();
+        let changes = changes.iter().flat_map(|change| ["--config", change]);
+        let new: Vec<&str> = ["design", "new", &file].into_iter().chain(changes).collect();
+        let made = Command::new(env!("CARGO_BIN_EXE_hoverlock")).args(new).output().unwrap();
+        assert!(made.status.success(), "{made:?}");
+        let out = folder.path().join("out").display().to_string();
+        formal(&["csr", "--json", "--design", &file, "--out", &out])
+    };
+    let one = run("one.toml", &["scale_pairs=1", "sigmas=[2,3.2]", "look_ahead=[5,5]", "ring_radii=[12]"]);
+    let results = results_of(&one);
+    assert_eq!((one.status.code(), &results["proved"]), (Some(0), &1.into()), "{results}");
+    let protected = run("protected.toml", &["protection=parity"]);
+    let said = String::from_utf8_lossy(&protected.stderr).into_owned();
+    assert!(protected.status.code() == Some(2) && said.contains("csr: its modules have parity bits"), "{said}");
 }
 
 /// All that the counter promises: its value after each clock.

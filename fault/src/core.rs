@@ -174,10 +174,10 @@ pub struct Core {
     reset: Option<(String, u64)>,
     inputs: Layout,
     outputs: Layout,
-    /// Place of the valid output among the words of a cycle.
-    valid: Option<usize>,
-    /// Places of the outputs that say that something is wrong.
-    detect: Vec<usize>,
+    /// The words of the valid output among those of a cycle.
+    valid: Option<Range<usize>>,
+    /// The words of the outputs that say that something is wrong.
+    detect: Vec<Range<usize>>,
     cycles: u64,
     frame: u64,
     /// The words of the inputs and of the outputs, cycle after cycle.
@@ -214,7 +214,7 @@ impl Core {
         let reset = options.reset.clone().or_else(|| usual(&RESETS, false)).or_else(|| usual(&LOW_RESETS, true));
         for name in std::iter::once(&clock).chain(reset.iter().map(|(name, _)| name)) {
             if !is_input(name) {
-                let names = signals.iter().filter(|s| s.direction == Direction::Input).map(|s| s.name.as_str());
+                let names = signals.iter().map(|signal| signal.name.as_str()).filter(|name| is_input(name));
                 return Err(CoreError::NoSuchPort {
                     what: "input of one bit",
                     name: name.clone(),
@@ -238,7 +238,7 @@ impl Core {
         if outputs.words == 0 {
             return Err(CoreError::Run("the top has no outputs to compare".into()));
         }
-        let place = |name: &String| Ok::<_, CoreError>(outputs.find("output", name)?.words.start);
+        let place = |name: &String| Ok::<_, CoreError>(outputs.find("output", name)?.words.clone());
         let valid = options.valid.as_ref().map(place).transpose()?;
         let detect = options.detect.iter().map(place).collect::<Result<Vec<_>, _>>()?;
         let (driven, rows) = stimulus(&inputs, options)?;
@@ -278,7 +278,11 @@ impl Core {
         if ending.complained {
             return fails("without a fault the Verilog reports an error: the stimulus breaks its rules".into());
         }
-        if self.valid.is_some_and(|at| golden.chunks_exact(self.outputs.words).all(|words| words[at] == 0)) {
+        let is_never = |valid: &Range<usize>| {
+            let mut cycles = golden.chunks_exact(self.outputs.words);
+            cycles.all(|words| is_zero(&words[valid.clone()]))
+        };
+        if self.valid.as_ref().is_some_and(is_never) {
             return fails("the valid output is never 1 without a fault: nothing would be compared".into());
         }
         self.golden = golden;
@@ -326,7 +330,7 @@ impl Core {
         let ending = self.play(Some(fault), |cycle, words| {
             let golden = &self.golden[cycle as usize * width..][..width];
             if words != golden {
-                detected |= self.detect.iter().any(|at| words[*at] & !golden[*at] != 0);
+                detected |= self.detect.iter().flat_map(Range::clone).any(|at| words[at] & !golden[at] != 0);
                 // Where only one of the two is valid, that alone is the difference.
                 last_wrong = Some(cycle);
             }
@@ -400,11 +404,16 @@ impl Core {
                 wide => wide.copy_from_slice(&model.get_words(*id)),
             }
         }
-        if let Some(valid) = self.valid.filter(|at| seen[*at] == 0) {
-            let counts = |at: usize| at == valid || self.detect.contains(&at);
+        if self.valid.as_ref().is_some_and(|valid| is_zero(&seen[valid.clone()])) {
+            let counts = |at: usize| self.detect.iter().any(|words| words.contains(&at));
             seen.iter_mut().enumerate().filter(|(at, _)| !counts(*at)).for_each(|(_, word)| *word = 0);
         }
     }
+}
+
+/// Returns `true` if the value in these words is 0.
+fn is_zero(words: &[u32]) -> bool {
+    words.iter().all(|word| *word == 0)
 }
 
 /// Evaluates the model; returns `false` if the run ends here.

@@ -24,8 +24,13 @@ fn options() -> Options {
 }
 
 fn build() -> Build {
-    let source: PathBuf = [env!("CARGO_MANIFEST_DIR"), "tests", "designs", "tiny.v"].iter().collect();
-    Build::new("tiny").source(source)
+    build_of("tiny")
+}
+
+fn build_of(name: &str) -> Build {
+    let file = format!("{name}.v");
+    let source: PathBuf = [env!("CARGO_MANIFEST_DIR"), "tests", "designs", &file].iter().collect();
+    Build::new(name).source(source)
 }
 
 fn core(options: &Options) -> Core {
@@ -104,6 +109,15 @@ fn where_outputs_do_not_count_a_wrong_one_is_masked() {
 }
 
 #[test]
+fn every_bit_of_a_wide_output_counts() {
+    let options = Options { valid: Some("counts".into()), ..options() };
+    let core = Core::new(&build_of("wide"), &options).unwrap();
+    for name in ["out", "parity"] {
+        assert_eq!(classes(&core, name, Kind::Seu, &CYCLES), BTreeSet::from([Class::Detected]), "{name}");
+    }
+}
+
+#[test]
 fn a_table_drives_the_core() {
     let quiet = Stimulus::Table("in\n0\n".into());
     let core = core(&Options { stimulus: quiet, ..options() });
@@ -134,7 +148,8 @@ fn what_does_not_fit_the_core_is_refused() {
         "the top has no input of one bit 'clock'; did you mean clk?"
     );
     assert!(message(Options { detect: vec!["alarms".into()], ..options() }).contains("no output 'alarms'"));
-    assert!(message(Options { reset: Some(("in".into(), true)), ..options() }).contains("input of one bit 'in'"));
+    let reset = message(Options { reset: Some(("in".into(), true)), ..options() });
+    assert!(reset.contains("input of one bit 'in'") && !reset.contains("did you mean in"), "{reset}");
     assert!(message(Options { constants: vec![("in".into(), "16".into())], ..options() }).contains("'16' is no value"));
     assert!(message(Options { cycles: Some(16), ..options() }).contains("no more than two frames"));
     assert!(message(Options { cycles: Some(u64::MAX), ..options() }).contains("run shorter"));

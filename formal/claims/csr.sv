@@ -51,7 +51,8 @@ module csr_properties (input clock);
     || followed == RECORD_LIMIT || (`N == 3 && followed == THRESHOLD_2);
   // Writable bits by the register map.
   wire [31:0] bits = followed == CONTROL ? 32'h0000000f : followed == SIZE ? {16'h0fff, 16'd2 ** `W - 16'd1}
-    : followed == THRESHOLD ? {2{16'd2 ** `D - 16'd1}} : followed == THRESHOLD_2 ? {16'd0, 16'd2 ** `D - 16'd1} 
+    : followed == THRESHOLD ? {`N == 1 ? 16'd0 : 16'd2 ** `D - 16'd1, 16'd2 ** `D - 16'd1}
+    : followed == THRESHOLD_2 ? {16'd0, 16'd2 ** `D - 16'd1}
     : coefficient ? {16'd0, 16'd2 ** `C - 16'd1} : 32'h0000ffff;
 
   // The bank: coefficients, thresholds, target, mode and limit, 16 bits each.
@@ -75,7 +76,7 @@ module csr_properties (input clock);
   wire [31:0] held = coefficient ? {16'd0, in_bank}
     : followed == CONTROL ? {28'd0, \dut.control_interrupt_error , \dut.control_interrupt_frame , follows, enable}
     : followed == SIZE ? size
-    : followed == THRESHOLD ? bank[16*`G +: 32]
+    : followed == THRESHOLD ? {`N == 1 ? 16'd0 : bank[16*`G+16 +: 16], bank[16*`G +: 16]}
     : followed == RECORD_LIMIT ? {16'd0, limit}
     : followed == THRESHOLD_2 ? {16'd0, threshold_2_held}
     : {16'd0, target};
@@ -125,7 +126,7 @@ module csr_properties (input clock);
   wire [31:0] now, now_2;
   wire [15:0] now_of_0, now_of_1, now_of_2;
   each pair assign now_of_{k} = threshold_{k};
-  assign now = {now_of_1, now_of_0};
+  assign now = {`N == 1 ? 16'd0 : now_of_1, now_of_0};
   assign now_2 = {16'd0, now_of_2};
   // Registers that software cannot write.
   reg [31:0] read_only;
@@ -165,7 +166,7 @@ module csr_properties (input clock);
         6'd0: read_only <= "HLCK";
         // The hash of the emitted text is whatever it is.
         HASH: read_only <= \dut.emission_hash ;
-        VERSION: read_only <= {16'd`N , 16'd1};
+        VERSION: read_only <= after_reset(VERSION);
         STATUS: read_only <= {busy, 23'd0, status};
         THRESHOLD_NOW: read_only <= now;
         FRAMES: read_only <= frames;
@@ -214,7 +215,7 @@ module csr_properties (input clock);
       interrupt: assert (irq == ((\dut.control_interrupt_frame && status[0])
         || (\dut.control_interrupt_error && status[6:1] != 6'd0)));
       withdrawn: cover (known && !committed && followed == LAST_COEFFICIENT);
-      read_back: cover (asked && followed == THRESHOLD && readdata == 32'h00010002);
+      read_back: cover (asked && followed == THRESHOLD && readdata == (`N == 1 ? 32'h2 : 32'h00010002));
     end
   end
 endmodule

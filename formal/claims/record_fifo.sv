@@ -85,6 +85,7 @@ module record_fifo_properties (input clock);
       on_its_way: assert (!(idle && idle_1 && !was_reset) || \dut.next_valid );
       moves_up: assert (!was_movable || \dut.next_valid );
       packets: assert (start_of_packet == !in_packet);
+      ends: assert (end_of_packet == data[63]);
       told_room: assert (room == (\dut.waiting < `FIFO-16));
       told_stall: assert (stall == (\dut.waiting >= `FIFO-3));
       known: assert (place <= GONE);

@@ -22,7 +22,8 @@ use tempfile::TempDir;
 
 use crate::claim::{Claim, Hole};
 use crate::engine::{
-    EngineError, Solver, at_path, prepare_command, read_commands, run_yosys, top_option, write, write_commands,
+    CHECK_COMMANDS, EngineError, Solver, at_path, check_prepared, prepare_command, read_commands, run_yosys,
+    top_option, write, write_commands,
 };
 use crate::prove::{Place, ProveError, prepare};
 use crate::system::{Part, Parts, Start, System};
@@ -135,7 +136,9 @@ impl<'a> Campaign<'a> {
         }
         let own: Vec<&str> = own.iter().flat_map(|text| modules(text)).collect();
         let (top, outputs) = outputs(claim, &own, &design);
-        let mut script = "read_rtlil base.il\n".to_owned();
+        // The clocks are those of the design without mutations, which may invert the clock of an instance.
+        let prepare = prepare_command(claim);
+        let mut script = format!("read_rtlil base.il\n{prepare}{CHECK_COMMANDS}design -reset\nread_rtlil base.il\n");
         // An output that the wrapper does not connect would disappear.
         for Output { module, port, .. } in &outputs {
             script += &format!("setattr -set keep 1 {module}/w:{port}\n");
@@ -144,9 +147,9 @@ impl<'a> Campaign<'a> {
         for Mutation { number, command, .. } in &drawn {
             script += &format!("mutate -ctrl {select} {width} {number} {command}\n");
         }
-        script += &prepare_command(claim);
+        script += &prepare;
         script += &write_commands(&model);
-        run_yosys(&script, folder).map_err(wrong)?;
+        run_yosys(&script, folder).and_then(|()| check_prepared(folder)).map_err(wrong)?;
         let text = fs::read_to_string(&model).map_err(at_path(&model)).map_err(wrong)?;
         let form = |reason: &str| EngineError::Refused { program: "yosys", reason: reason.into() };
         let system = System::parse(&text, claim.cut_products)

@@ -1,5 +1,6 @@
 //! Yosys and the solver as processes, with a time limit and the memory they used.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -33,6 +34,15 @@ pub enum EngineError {
     /// The properties contain no statement of this kind, so a pass would mean nothing.
     #[error("the properties have no {0}: nothing is claimed")]
     Empty(&'static str),
+    /// Registers or memories are clocked by more than one clock edge. A step of the transition system is all of them.
+    #[error("registers have clock edges {}, which a proof takes for one: prove those of each alone", .0.join(" and "))]
+    Clocks(Vec<String>),
+    /// A `(* hierconn *)` wire of the wrapper is not connected: the design has no wire of its name.
+    #[error("the design has no wire {0}: correct the name of the (* hierconn *) wire, which could have any value")]
+    Unconnected(String),
+    /// No run of this many steps satisfies the assumptions, so every property would hold.
+    #[error("no run of {0} steps satisfies the assumptions: nothing is claimed; correct an assumption")]
+    Contradiction(u32),
     /// A file cannot be read or written.
     #[error("{path}: {error}")]
     File {
@@ -82,6 +92,8 @@ impl Solver {
 /// A question to `yosys-smtbmc`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Question {
+    /// Looks for a run of this many steps from the initial state that satisfies the assumptions; none is an error.
+    Assumptions(u32),
     /// Runs the base case: looks for a violation within this many steps of the initial state.
     Base(u32),
     /// Runs the induction step: assumes this many steps without a violation and looks for one in the next.
@@ -138,8 +150,9 @@ pub fn build_model(claim: &Claim, sources: &[PathBuf], work: &Path) -> Result<Pa
     let model = work.join("model.smt2");
     let products = if claim.cut_products { "cutpoint t:$mul\n" } else { "" };
     let read = read_commands(claim, sources, work)?;
-    let script = format!("{read}{}{products}{}", prepare_command(claim), write_commands(&model));
-    run_yosys(&script, work)?;
+    let prepare = prepare_command(claim);
+    run_yosys(&format!("{read}{prepare}{CHECK_COMMANDS}{products}{}", write_commands(&model)), work)?;
+    check_prepared(work)?;
     Ok(model)
 }
 
@@ -178,6 +191,45 @@ pub(crate) fn write_commands(model: &Path) -> String {
     format!("memory_map -rom-only\nasync2sync\ndffunmap\nwrite_smt2 -wires \"{}\"\n", model.display())
 }
 
+/// The commands that write what [`check_prepared`] reads of a flat module. Unpacked, a port of a memory is a cell with
+/// a clock, as a register is. Flattening takes the attribute `hierconn` from the wires that it connects.
+pub(crate) const CHECK_COMMANDS: &str = "design -push-copy\nmemory_unpack\n\
+                                         dump -o clocked.il t:$*dff* t:$memwr_v2 t:$memrd_v2\ndesign -pop\n\
+                                         select -write unconnected.txt a:hierconn\n";
+
+/// Checks the module of which [`CHECK_COMMANDS`] have been run in the folder `work`.
+///
+/// # Errors
+/// If it has more than one clock edge, or a wire of the wrapper that is not connected.
+pub(crate) fn check_prepared(work: &Path) -> Result<(), EngineError> {
+    let [cells, unconnected] = ["clocked.il", "unconnected.txt"].map(|name| {
+        let file = work.join(name);
+        fs::read_to_string(&file).map_err(at_path(&file))
+    });
+    let edges = clock_edges(&cells?);
+    if edges.len() > 1 {
+        return Err(EngineError::Clocks(edges.into_iter().collect()));
+    }
+    match unconnected?.lines().next().and_then(|line| line.split_once('/')) {
+        Some((_, wire)) => Err(EngineError::Unconnected(wire.to_owned())),
+        None => Ok(()),
+    }
+}
+
+/// Returns the clock edges of registers and ports of memories, as `posedge clock`, from Yosys' dump of their cells.
+fn clock_edges(cells: &str) -> BTreeSet<String> {
+    let edge = |cell: &str| {
+        let value = |key: &str| cell.lines().find_map(|line| line.trim().strip_prefix(key)).map(str::trim);
+        let is_set = |key: &str| value(key).is_some_and(|bits| bits.ends_with('1'));
+        // The read port of a memory may have no clock.
+        let is_clocked = value("parameter \\CLK_ENABLE").is_none() || is_set("parameter \\CLK_ENABLE");
+        let edge = if is_set("parameter \\CLK_POLARITY") { "posedge" } else { "negedge" };
+        let clock = value("connect \\CLK").filter(|_| is_clocked)?;
+        Some(format!("{edge} {}", clock.trim_start_matches('\\')))
+    };
+    cells.split("\n  cell ").filter_map(edge).collect()
+}
+
 /// Runs Yosys on a script, in the folder `work`.
 pub(crate) fn run_yosys(script: &str, work: &Path) -> Result<(), EngineError> {
     if find_program("yosys").is_none() {
@@ -213,7 +265,7 @@ pub fn solve(
         return Err(EngineError::Missing { program: "yosys-smtbmc", package: "Debian's package yosys" });
     };
     let stated = match question {
-        Question::Base(_) | Question::Step(_) => "assert",
+        Question::Assumptions(_) | Question::Base(_) | Question::Step(_) => "assert",
         Question::Cover(_) => "cover",
     };
     // The statements that Yosys has found, so that a word in a comment does not count.
@@ -233,6 +285,10 @@ pub fn solve(
     command.args(["--noprogress", "-s", solver.name()]).arg("--dump-vcd").arg(trace);
     command.arg("--dump-vlogtb").arg(trace.with_extension("v"));
     match question {
+        // In the last step alone: a query in each takes a proof of `row_look_ahead` from one second to ten.
+        Question::Assumptions(depth) => {
+            command.args(["--presat", "--final-only", "-t", &format!("{}:{depth}", depth.saturating_sub(1))])
+        }
         Question::Base(depth) => command.args(["-t", &depth.to_string()]),
         Question::Step(depth) => command.args(["-i", "-t", &depth.to_string()]),
         Question::Cover(depth) => command.args(["-c", "-t", &depth.to_string()]),
@@ -261,18 +317,22 @@ pub fn solve(
     let answer = match status.map(|status| status.success()) {
         None => Answer::TimedOut,
         Some(true) => Answer::Passed,
-        // The solver may end while yosys-smtbmc reads the values of a counter-example.
-        Some(false)
-            if ["Status: FAILED", "Status: failed", "BMC failed!", "induction failed!"]
+        Some(false) => match question {
+            Question::Assumptions(depth) if output.contains("Status: PREUNSAT") => {
+                return Err(EngineError::Contradiction(depth));
+            }
+            // The solver may end while yosys-smtbmc reads the values of a counter-example.
+            _ if ["Status: FAILED", "Status: failed", "BMC failed!", "induction failed!"]
                 .iter()
                 .any(|end| output.contains(end)) =>
-        {
-            parse_failure(&output)
-        }
-        Some(false) => {
-            let reason = output.lines().last().unwrap_or("no error message").to_owned();
-            return Err(EngineError::Refused { program: "yosys-smtbmc", reason });
-        }
+            {
+                parse_failure(&output)
+            }
+            _ => {
+                let reason = output.lines().last().unwrap_or("no error message").to_owned();
+                return Err(EngineError::Refused { program: "yosys-smtbmc", reason });
+            }
+        },
     };
     Ok(Solved { answer, time, processor, memory })
 }

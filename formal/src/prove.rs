@@ -41,6 +41,13 @@ pub enum ProveError {
     },
 }
 
+impl ProveError {
+    /// Returns `true` if the task is about covers and the properties have none.
+    pub fn is_without_covers(&self) -> bool {
+        matches!(self, Self::Engine { error: EngineError::Empty("cover"), .. })
+    }
+}
+
 /// A task of a claim.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Task {
@@ -175,14 +182,20 @@ fn run_with(claim: &Claim, task: Task, changed: Option<&FaultySource>, place: &P
     };
     let (answer, base) = match task {
         Task::Cover => (put(Question::Cover(claim.cover))?, true),
-        // A mutant is first searched for a run from reset, which is easier to understand than a failed induction.
-        Task::Proof | Task::Mutant(_) => match put(Question::Base(match task {
-            Task::Mutant(_) => claim.fault,
-            _ => claim.depth + 1,
-        }))? {
-            Answer::Passed if !claim.bounded => (put(Question::Step(claim.depth))?, false),
-            answer => (answer, true),
-        },
+        Task::Proof | Task::Mutant(_) => {
+            let steps = if let Task::Mutant(_) = task { claim.fault } else { claim.depth + 1 };
+            // A fault leaves the assumptions, which the proof without it has checked.
+            let satisfied = match (task, changed) {
+                (Task::Proof, None) => put(Question::Assumptions(steps))?,
+                _ => Answer::Passed,
+            };
+            // A mutant is first searched for a run from reset, which is easier to understand than a failed induction.
+            let base = if satisfied == Answer::Passed { put(Question::Base(steps))? } else { satisfied };
+            match base {
+                Answer::Passed if !claim.bounded => (put(Question::Step(claim.depth))?, false),
+                answer => (answer, true),
+            }
+        }
     };
     let proved = if claim.bounded { Status::Bounded } else { Status::Proved };
     let (status, pass) = match (task, &answer) {

@@ -1,10 +1,14 @@
 //! The numbers of a design that claims depend on.
 
-/// Values of the default design after a reset, by the register map: size, thresholds, target, limit, coefficients.
-const KT27_RESETS: [(u32, u32); 23] = [
+/// Values of the default design after a reset, by the register map: identification, version, size, thresholds, target,
+/// commit, limit, coefficients.
+const KT27_RESETS: [(u32, u32); 26] = [
+    (0, 0x484c_434b),
+    (1, 0x2_0001),
     (5, 0x3000400),
     (6, 0x8000800),
     (7, 512),
+    (12, 1),
     (15, 2046),
     (16, 24536),
     (17, 40315),
@@ -239,7 +243,8 @@ impl Shape {
             ("QUEUE_BITS", bits(self.candidate_queue - 1)),
             ("FIFO", self.record_fifo),
             ("FIFO_BITS", bits(self.record_fifo - 1)),
-            ("RECORD", 128 + 64 * pairs),
+            // Eight words for one or two scale pairs.
+            ("RECORD", 128 + 64 * pairs.max(2)),
         ]
     }
 

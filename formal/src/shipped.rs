@@ -56,6 +56,10 @@ const CONNECTIONS: [(&str, &str, &str); 2] = [
 /// Claims whose wrappers have the word lengths, widths and names of the default design.
 const OF_DEFAULT_DESIGN: [&str; 5] = ["smoothers", "column_memory", "unset_registers", "record_writer", "component"];
 
+/// Claims about modules that have parity bits and a port `upset` if the memories of the design are protected, which no
+/// claim states.
+const OF_UNPROTECTED_DESIGNS: [&str; 5] = ["candidate_queue", "record_fifo", "csr", "top", "wiring"];
+
 /// Returns all claims about the emitted Verilog of the default design: those of `claims/`, those about connections, and
 /// those generated from the ring.
 ///
@@ -79,6 +83,11 @@ pub fn claims_of(shape: &Shape) -> Result<Vec<Claim>, ClaimError> {
 /// Returns `true` if the wrapper of a claim takes its numbers from the design.
 pub fn is_for_any_design(claim: &Claim) -> bool {
     !OF_DEFAULT_DESIGN.contains(&claim.name.as_str()) && !claim.name.starts_with("ring_taps")
+}
+
+/// Returns `true` if a claim for any design also holds for one with protected memories.
+pub fn is_for_protected_designs(claim: &Claim) -> bool {
+    !OF_UNPROTECTED_DESIGNS.contains(&claim.name.as_str())
 }
 
 /// Returns a claim of `claims/` for a design.

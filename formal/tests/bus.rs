@@ -187,3 +187,59 @@ fn avalon_slave_proves_registers_with_wait_states_and_sees_their_faults() {
     ];
     assert_sees(REGISTERS, REGISTER_RULES, 8, &faults);
 }
+
+/// A module without state.
+const WIRE: &str = "module through (input x, output y);\nassign y = x;\nendmodule\n";
+
+/// An instance of a property module, in a wrapper without a design.
+fn alone(instance: &str) -> String {
+    format!(
+        "module alone (
+  input clock, input reset, input [3:0] address, input read, input write, input [31:0] writedata
+);
+  wire zero;
+  through dut (.x(1'b0), .y(zero));
+  {instance}
+  reg begun = 0;
+  always @(posedge clock) begin
+    begun <= 1;
+    if (!begun) assume (reset);
+  end
+endmodule
+"
+    )
+}
+
+#[test]
+fn limits_that_need_more_than_the_usual_bits_are_seen_to_be_broken() {
+    if !installed() {
+        return;
+    }
+    let slave = |limit: &str, wait: &str| {
+        alone(&format!(
+            "avalon_slave #({limit}) bus (
+    .clock(clock), .reset(reset), .address(address), .read(read), .write(write), .writedata(writedata),
+    .waitrequest({wait}), .readdatavalid(zero), .readdata(32'd0), .bits(32'd0)
+  );"
+        ))
+    };
+    let order = |limit: &str, take: &str, offered: &str| {
+        alone(&format!(
+            "reg had;
+  always @(posedge clock) had <= ~reset;
+  stream_order #({limit}) beats (
+    .clock(clock), .reset(reset), .take({take}), .taken(8'd0), .offered({offered}), .leave(zero), .leaving(8'd0)
+  );"
+        ))
+    };
+    let cases = [
+        (slave(".LATENCY(300)", "1'b0"), "bus.answers"),
+        (slave(".WAITS(256)", "1'b1"), "bus.waits"),
+        (order(".ENTRIES(1), .LATENCY(256)", "~had", "1'b0"), "beats.offers"),
+        (order(".ENTRIES(65536)", "1'b1", "1'b1"), "beats.full"),
+    ];
+    for (properties, rule) in &cases {
+        let broken = outcome(WIRE, properties, Task::Proof, 4);
+        assert!(!broken.pass && broken.detail.contains(rule), "{rule}: {broken:?}");
+    }
+}

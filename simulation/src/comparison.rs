@@ -20,7 +20,7 @@ use crate::{
     planes::{Passing, Shown, Units},
     records::{Records, Taken, halves},
     stalls::Stalls,
-    top::{RESET_CYCLES, Top, simulation},
+    top::{HALF_CYCLE, RESET_CYCLES, Top, simulation},
     waves::Recorder,
 };
 
@@ -238,7 +238,7 @@ impl<'a> Run<'a> {
             frame: 0,
             beats: 0,
             begun: 0,
-            records: Records::of(design),
+            records: Records::of(design, streams),
             units: Units::of(design),
             passing: VecDeque::new(),
             arriving: 0,
@@ -461,6 +461,14 @@ impl<'a> Run<'a> {
         } else {
             self.outcome.feature_latency_lines = None;
         }
+        if let Some(violation) = self.top.features.violations().first() {
+            let edge = (violation.time - HALF_CYCLE).as_fs() / (HALF_CYCLE * 2).as_fs();
+            let cycle = edge.saturating_sub(RESET_CYCLES);
+            let begun = self.outcome.frames.iter().take(self.frame + 1).filter(|frame| frame.began <= cycle).count();
+            let at = Position { frame: begun.saturating_sub(1), x: 0, y: 0 };
+            let texts = || ["rule".into(), "kept".into(), violation.rule.clone()];
+            self.outcome.differ("feature stream", at, cycle, texts);
+        }
         let status = self.map.address("status")?;
         self.outcome.status = self.top.read(status).await?;
         self.outcome.emission = self.top.read(self.map.address("emission")?).await?;
@@ -470,16 +478,23 @@ impl<'a> Run<'a> {
         {
             let expected = oracle.frame(last);
             let thresholds = halves(expected.as_ref().map_or(&[], |expected| &expected.thresholds[..]));
-            let registers = [
-                ("frames", self.records.frames() as u32),
-                ("features", frame.features as u32),
-                ("dropped", frame.dropped as u32),
-                ("threshold_now", thresholds[0]),
-                ("threshold_now_2", thresholds[1]),
+            let mut registers = vec![
+                ("frames", self.records.frames() as u32, u32::MAX),
+                ("features", frame.features as u32, u32::MAX),
+                ("dropped", frame.dropped as u32, u32::MAX),
+                ("threshold_now", thresholds[0], u32::MAX),
             ];
-            let has_third = self.probes.smoothed.len() > 3;
-            for (name, want) in registers.into_iter().take(if has_third { 5 } else { 4 }) {
-                let got = self.top.read(self.map.address(name)?).await?;
+            if self.probes.smoothed.len() > 3 {
+                registers.push(("threshold_now_2", thresholds[1], u32::MAX));
+            }
+            // A frame that a reset cuts off may have set a bit or not.
+            if !self.jobs.iter().any(Job::is_lost) {
+                let [set, unknown] =
+                    [self.sticky_bits(), vec!["saturated", "busy"]].map(|bits| self.map.mask("status", &bits));
+                registers.push(("status", set?, !unknown?));
+            }
+            for (name, want, compared) in registers {
+                let got = self.top.read(self.map.address(name)?).await? & compared;
                 if want != got {
                     let text = |word: u32| format!("0x{word:08x}, {word}");
                     let at = Position { frame: last, x: 0, y: 0 };
@@ -488,5 +503,20 @@ impl<'a> Run<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Returns the status bits that the frames have set, none of which was cut off by a reset.
+    fn sticky_bits(&self) -> Vec<&'static str> {
+        let errors = self.jobs.iter().fold(0, |errors, job| errors | job.errors());
+        let is_dropped = self.outcome.frames.iter().any(|frame| frame.dropped > 0);
+        let bits = [
+            ("frame", true),
+            ("short_frame", errors & 1 != 0),
+            ("long_frame", errors & 2 != 0),
+            ("interrupted", errors & 4 != 0),
+            ("dropped", is_dropped),
+            ("begun", true),
+        ];
+        bits.into_iter().filter(|(_, is_set)| *is_set).map(|(name, _)| name).collect()
     }
 }

@@ -141,7 +141,12 @@ impl Default for Streams {
 impl Streams {
     /// Returns `true` if the source always offers and the sink always takes: the condition of cycles per pixel.
     pub(super) fn flow(&self) -> bool {
-        self.source_pause == 0.0 && self.sink_pause == 0.0 && self.sink_opens == 0
+        self.source_pause == 0.0 && self.sink_flows()
+    }
+
+    /// Returns `true` if the sink always takes: the FIFO always has room.
+    pub(super) fn sink_flows(&self) -> bool {
+        self.sink_pause == 0.0 && self.sink_opens == 0
     }
 }
 
@@ -161,6 +166,12 @@ impl Map {
     /// Returns the byte address of a register.
     pub fn address(&self, name: &'static str) -> Result<u32, SimulationError> {
         Ok(self.register(name)?.offset)
+    }
+
+    /// Returns the mask of these fields of a register.
+    pub fn mask(&self, name: &'static str, fields: &[&str]) -> Result<u32, SimulationError> {
+        let of = self.register(name)?.fields.iter().filter(|field| fields.contains(&field.name.as_str()));
+        Ok(of.fold(0, |mask, field| mask | (u32::MAX >> (32 - field.bits)) << field.low))
     }
 
     /// Returns the address of a register and its value with these field values, in their order.

@@ -6,7 +6,7 @@ use hoverlock_fixed_point::model::record::FeatureRecord;
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Mismatch {
     /// Stage: `smoother narrow` and the other smoothers, `DoG 0`, `MaxDOG 0` and the other scale pairs,
-    /// `decision`, `record`, `descriptor`, `trailer`, `feature FIFO`, `registers`, `end of frame`.
+    /// `decision`, `record`, `descriptor`, `trailer`, `feature FIFO`, `feature stream`, `registers`, `end of frame`.
     pub stage: String,
     /// Frame, from 0.
     pub frame: usize,

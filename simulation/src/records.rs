@@ -1,9 +1,9 @@
 //! The record comparisons: records that the datapath writes against `bit_true`, and records that leave the FIFO against
 //! those written.
 //!
-//! Features of `bit_true`'s list that the record limit lets through may be missing if the FIFO had no room; the trailer
-//! must count exactly those. The two checks locate a fault: a record that is wrong when written is an error before the
-//! FIFO, one that changes later an error of the FIFO.
+//! Features of `bit_true`'s list that the record limit lets through may be missing if the FIFO had no room, which needs
+//! a sink that pauses, or the queue of candidates; the trailer must count exactly those. The two checks locate a fault:
+//! a record that is wrong when written is an error before the FIFO, one that changes later an error of the FIFO.
 
 use std::collections::VecDeque;
 
@@ -16,12 +16,15 @@ use hoverlock_design::DesignPoint;
 
 use crate::{
     expect::Expected,
-    job::Job,
+    job::{Job, Streams},
     outcome::{Outcome, Position},
 };
 
 /// A record of the hardware: eight or ten 32-bit words, the others 0.
 pub(super) type Words = [u32; RECORD_WORDS];
+
+/// Lines within which a candidate leaves the queue: 15 and some steps, see the header of `candidate_queue.v`.
+const QUEUE_LINES: usize = 17;
 
 /// The flag bits of the scale pair.
 const SCALE: u16 = FLAG_SCALE | FLAG_THIRD;
@@ -48,6 +51,10 @@ pub(super) struct Records {
     lsb: f64,
     /// Words of a record.
     words: usize,
+    /// Candidates that wait for their rings at most.
+    queue: usize,
+    /// The sink takes a record in every cycle, so the FIFO always has room.
+    sink_flows: bool,
     /// The frame whose records are written, and that of trailer number 0.
     frame: usize,
     origin: usize,
@@ -63,8 +70,14 @@ pub(super) struct Records {
 
 impl Records {
     /// Creates the records of a run before its first.
-    pub fn of(design: &DesignPoint) -> Self {
-        Self { lsb: design.dog().lsb(), words: record_words(design.pairs()), ..Self::default() }
+    pub fn of(design: &DesignPoint, streams: Streams) -> Self {
+        Self {
+            lsb: design.dog().lsb(),
+            words: record_words(design.pairs()),
+            queue: design.candidate_queue as usize,
+            sink_flows: streams.sink_flows(),
+            ..Self::default()
+        }
     }
 
     /// Returns the frame whose records are written next.
@@ -79,7 +92,8 @@ impl Records {
 
     /// Starts again with a frame, after the pipeline was emptied.
     pub fn restart(&mut self, frame: usize) {
-        *self = Self { frame, origin: frame, done: frame, lsb: self.lsb, words: self.words, ..Self::default() };
+        let Self { lsb, words, queue, sink_flows, .. } = *self;
+        *self = Self { frame, origin: frame, done: frame, lsb, words, queue, sink_flows, ..Self::default() };
     }
 
     /// Compares a record that the datapath writes with the model.
@@ -129,6 +143,14 @@ impl Records {
                 ["feature".into(), described(first, self.lsb), format!("none, and {dropped} counted as dropped")]
             });
         }
+        let has_room = |at: &&usize| self.sink_flows && !self.may_fill_queue(list, **at, job.size().0);
+        if let Some(&at) = self.missing.iter().find(has_room) {
+            let first = &list[at];
+            let at = Position { frame: self.frame, x: first.x.into(), y: first.y.into() };
+            outcome.differ("trailer", at, cycle, || {
+                ["dropped".into(), described(first, self.lsb), "none, although queue and FIFO have room".into()]
+            });
+        }
         let ten_words = expected.thresholds.len() > 2;
         let flags = FLAG_TRAILER | if ten_words { FLAG_TEN_WORDS } else { 0 };
         let threshold_words = halves(&expected.thresholds);
@@ -151,6 +173,18 @@ impl Records {
             frame.model_features = list.len() as u64;
             frame.thresholds = expected.thresholds.clone();
         }
+    }
+
+    /// Returns `true` if the queue may be full when the feature at this place of its frame's list comes: if at least as
+    /// many candidates as it holds came before, and may still wait.
+    fn may_fill_queue(&self, list: &[FeatureRecord], at: usize, width: usize) -> bool {
+        let step = |feature: &FeatureRecord| usize::from(feature.y) * width + usize::from(feature.x);
+        let now = step(&list[at]);
+        let mut waiting: Vec<usize> =
+            list[..at].iter().map(step).filter(|before| *before < now && *before + QUEUE_LINES * width > now).collect();
+        // A feature of several scale pairs is one candidate.
+        waiting.dedup();
+        waiting.len() >= self.queue
     }
 
     /// Compares a record that the sink takes with the one that was written.

@@ -11,6 +11,8 @@
 //! | detected | some differ, and each of these shows it by itself, see [`is_sound`] |
 //! | recovered | some differ without showing it, none later than that of the frame after the hit one |
 //! | silent | some differ without showing it, and a later one differs |
+//!
+//! `irq` and the register bus are not observed: a fault that shows only there is masked.
 
 use std::ops::Range;
 
