@@ -16,4 +16,10 @@ fn main() {
             println!("cargo::rerun-if-changed={path}");
         }
     }
+    // The first edit of a tracked file makes the sources dirty. Later ones change nothing until the index changes, so
+    // they start no build of this crate and of those above it.
+    if commit.is_some_and(|commit| !commit.ends_with("-dirty")) {
+        let tracked = git(&["ls-files", "-z", "--", ":/"]).unwrap_or_default();
+        tracked.split_terminator('\0').for_each(|path| println!("cargo::rerun-if-changed={path}"));
+    }
 }

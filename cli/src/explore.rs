@@ -3,25 +3,26 @@
 mod mission;
 
 use std::fs;
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use hoverlock_design::DesignPoint;
 use hoverlock_explore::{Exploration, Objective, PartOutcome, Progress, Task, output, results};
+use hoverlock_fixed_point::analysis::acceptance::rounding_beyond_bound;
+use hoverlock_fixed_point::analysis::bounds::Bounds;
 use hoverlock_fixed_point::analysis::levels::Levels;
 use hoverlock_pictures::folder::expand;
 use hoverlock_reports::output::PAGE;
-use hoverlock_reports::provenance::COMMIT;
+use hoverlock_reports::provenance::sha256;
 use hoverlock_reports::study::Unjudged;
 use hoverlock_synthesis::smallest_device;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::Verdict;
 use crate::design::Chosen;
-use crate::output::{Batch, Folder, command, print, quoted, say, shown, verdict};
+use crate::output::{Batch, Folder, command, print, quoted, remove_earlier, say, shown, verdict};
 use crate::picture::Limit;
 use crate::progress::LogLines;
 use crate::report::subjects;
@@ -121,7 +122,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
     design.check_buildable()?;
     let (subjects, unfit) = subjects(&expand(&args.images)?, &design, &args.limit)?;
     let out = args.out();
-    let folder = Folder::of(&out, "explore", &[PAGE, RESULTS, output::BEST])?;
+    let folder = Folder::of(&out, "explore", &[&Files::NAMES[..], &[RESULTS]].concat())?;
     let path = out.join(RESULTS);
     let known = results::read(&path)?;
     let bar = ProgressBar::new(0);
@@ -147,7 +148,7 @@ pub fn run(args: &Args) -> Result<Verdict> {
         deadline: started + Duration::from_secs(args.budget.unwrap_or(BUDGET_S)),
         device: smallest_device(),
         unbuildable: &unbuildable,
-        build: &build(),
+        build: &build()?,
     };
     let found = hoverlock_explore::run::<anyhow::Error>(&task, &known, &mut keep, &report);
     bar.finish_and_clear();
@@ -163,6 +164,9 @@ pub fn run(args: &Args) -> Result<Verdict> {
     })?;
     found.unfit.extend(unfit);
     found.unfit.iter().for_each(|unfit| say(&unfit.to_string()));
+    if !found.pass {
+        rounding_beyond_bound(&design, Bounds::acceptance()).iter().for_each(|line| say(line));
+    }
     let command = command();
     let files = Files {
         page: output::html(&found, &command)?,
@@ -178,15 +182,12 @@ pub fn run(args: &Args) -> Result<Verdict> {
     Ok(found.pass.into())
 }
 
-/// Returns the version of this program, whose results can be reused: its commit, and with uncommitted changes also the
-/// time of the executable.
-fn build() -> String {
-    if !COMMIT.ends_with("-dirty") {
-        return COMMIT.to_owned();
-    }
-    let changed = std::env::current_exe().and_then(fs::metadata).and_then(|file| file.modified());
-    let changed = changed.ok().and_then(|at| at.duration_since(UNIX_EPOCH).ok()).unwrap_or_default();
-    format!("{COMMIT} {}", changed.as_nanos())
+/// Returns the version of this program, whose results can be reused: the SHA-256 of the executable, whatever its commit
+/// says. The link is that of this process, so a program that was replaced meanwhile is not read.
+fn build() -> Result<String> {
+    const PROGRAM: &str = "/proc/self/exe";
+    let bytes = fs::read(PROGRAM).with_context(|| format!("{PROGRAM}: this program cannot be read; mount /proc"))?;
+    Ok(sha256(bytes))
 }
 
 /// Returns why a design cannot be built; `None` if it can.
@@ -203,6 +204,16 @@ struct Files {
     best: Option<String>,
 }
 
+impl Files {
+    /// The names of all files of a search but its results.
+    const NAMES: [&str; 4] = [PAGE, output::NUMBERS, output::TABLE, output::BEST];
+
+    /// Returns the content of each file, in the order of [`Files::NAMES`]; `None` if it is not to be there.
+    fn contents(&self) -> [Option<&str>; 4] {
+        [Some(&self.page), Some(&self.json), Some(&self.csv), self.best.as_deref()]
+    }
+}
+
 /// Writes the files and prints the result. `restored` says how many results are those of an earlier search.
 fn publish(
     args: &Args,
@@ -217,23 +228,18 @@ fn publish(
     if args.json { print(&files.json) } else { print(&summary()) }
 }
 
-/// Writes all files, or none. The best design of an earlier search is removed if this one has none.
+/// Writes all files, or none. Then the best design of an earlier search is removed if this one has none.
 fn write(out: &Path, files: &Files) -> Result<()> {
     let mut batch = Batch::default();
-    batch.add(&out.join(PAGE), files.page.as_bytes())?;
-    batch.add(&out.join(output::NUMBERS), files.json.as_bytes())?;
-    batch.add(&out.join(output::TABLE), files.csv.as_bytes())?;
-    let path = out.join(output::BEST);
-    match &files.best {
-        Some(text) => batch.add(&path, text.as_bytes())?,
-        None => match fs::remove_file(&path) {
-            Err(error) if error.kind() != ErrorKind::NotFound => {
-                return Err(error).with_context(|| format!("{}: cannot be removed", path.display()));
-            }
-            _ => {}
-        },
+    let mut gone = Vec::new();
+    for (name, content) in Files::NAMES.iter().zip(files.contents()) {
+        match content {
+            Some(text) => batch.add(&out.join(name), text.as_bytes())?,
+            None => gone.push(out.join(name)),
+        }
     }
-    batch.keep()
+    batch.keep()?;
+    gone.iter().try_for_each(|path| remove_earlier(path))
 }
 
 fn summary(found: &Exploration, out: &Path, time: Duration) -> String {

@@ -129,6 +129,24 @@ pub fn prepare_target(option: &str, path: &Path, endings: &[&str], inputs: &[&Pa
     Ok(folder)
 }
 
+/// Returns the file that is written in place of a path: the target of a link, or the path itself.
+///
+/// # Errors
+/// It is a link to nothing, whose target would be created.
+pub fn target(path: &Path) -> Result<PathBuf> {
+    let there = path.canonicalize();
+    if there.is_err() && path.is_symlink() {
+        bail!("{}: is a link to nothing; name another file, or remove it", path.display());
+    }
+    Ok(there.unwrap_or_else(|_| path.to_owned()))
+}
+
+/// Removes a result of an earlier run. A link stays one, as in [`Aside`]: its target is emptied.
+pub fn discard(path: &Path) -> Result<()> {
+    let discarded = if path.is_symlink() { File::create(path).map(drop) } else { fs::remove_file(path) };
+    discarded.with_context(|| format!("{}: cannot be replaced; check its permissions", path.display()))
+}
+
 /// A file that is written under a temporary name in its final folder. It is removed if it is not kept, and by a signal.
 pub struct Aside {
     file: TempPath,
@@ -139,11 +157,7 @@ pub struct Aside {
 impl Aside {
     /// Creates an empty file. In place of a link its target is written; a file that is there keeps its permissions.
     pub fn new(path: &Path) -> Result<Self> {
-        let there = path.canonicalize().ok();
-        if there.is_none() && path.is_symlink() {
-            bail!("{}: is a link to nothing; name another file", path.display());
-        }
-        let target = there.unwrap_or_else(|| path.to_owned());
+        let target = target(path)?;
         let permissions = fs::metadata(&target).ok().map(|there| there.permissions());
         if permissions.as_ref().is_some_and(Permissions::readonly) {
             bail!("{}: {READ_ONLY}", path.display());
@@ -183,6 +197,16 @@ impl Aside {
     }
 }
 
+/// Reads a marker; an empty text if there is none.
+fn read_marker(path: &Path) -> Result<String> {
+    let Ok(there) = fs::symlink_metadata(path) else { return Ok(String::new()) };
+    let remedy = "remove it, or name another folder";
+    if !there.is_file() {
+        bail!("{}: is not a regular file; {remedy}", path.display());
+    }
+    fs::read_to_string(path).with_context(|| format!("{}: cannot be read as text; {remedy}", path.display()))
+}
+
 /// Returns the message of a file that cannot be written.
 pub fn unwritable(path: &Path) -> String {
     format!("{}: cannot be written; check the folder, its permissions and the space left", path.display())
@@ -211,6 +235,16 @@ impl Batch {
 /// Writes a file under a temporary name and renames it, so that it is complete or does not exist.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
     Aside::write(path, bytes)?.keep()
+}
+
+/// Removes a file of an earlier run if it is there.
+pub fn remove_earlier(path: &Path) -> Result<()> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            Err(error).with_context(|| format!("{}: of an earlier run, cannot be removed", shown(path)))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// File in a folder of results that names the verbs which write there, one a line.
@@ -246,22 +280,24 @@ impl Folder {
     /// verb will write.
     ///
     /// # Errors
-    /// One of the files exists, and the folder is not one of this verb; or no file can be written there.
+    /// One of the files exists, and the folder is not one of this verb; one of them is a link to nothing; the marker
+    /// is not a text file; or no file can be written there.
     pub fn of(path: &Path, verb: &str, files: &[&str]) -> Result<Self> {
         let (marker, owner) = (path.join(MARKER), format!("hoverlock {verb}"));
-        let found = fs::read_to_string(&marker).unwrap_or_default();
+        let found = read_marker(&marker)?;
         let owners: Vec<&str> = found.lines().collect();
         let is_owner = owners.contains(&owner.as_str());
         let taken = files.iter().map(|name| path.join(name)).find(|file| !is_owner && file.exists());
         if let Some(file) = taken {
             bail!("{}: is not a file of {owner}; name another folder, or remove it", file.display());
         }
+        files.iter().try_for_each(|name| target(&path.join(name)).map(drop))?;
         let mut folder = Self::new(path)?;
         if owners.is_empty() {
             folder.marker = Some((marker.clone(), Pending::new(&marker)));
         }
         let added = if is_owner { found } else { format!("{found}{owner}\n") };
-        fs::write(&marker, added).with_context(|| unwritable(&marker))?;
+        write_file(&marker, added.as_bytes())?;
         Ok(folder)
     }
 }

@@ -1,21 +1,16 @@
 //! `hoverlock paper`: the published description, regenerated.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::ValueHint;
-use hoverlock_paper::page::{Numbers, files, html};
+use hoverlock_paper::page::{FILES, Numbers, PAGE, all_files};
 use hoverlock_paper::{Item, items};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::Verdict;
 use crate::output::{Batch, Folder, print, print_json, shown};
 use crate::progress::LogLines;
-
-/// The page, and its numbers.
-const PAGE: &str = "index.html";
-const NUMBERS: &str = "paper.json";
 
 /// Regenerate each figure and claim of the published description from today's code, on one page.
 ///
@@ -38,7 +33,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<Verdict> {
-    let folder = Folder::of(&args.out, "paper", &[PAGE, NUMBERS])?;
+    let folder = Folder::of(&args.out, "paper", &FILES)?;
     let bar = ProgressBar::new(0).with_style(ProgressStyle::with_template("figures {bar:30} {pos}/{len}")?);
     let lines = LogLines::new();
     let items = items(|step, steps| {
@@ -47,24 +42,14 @@ pub fn run(args: &Args) -> Result<Verdict> {
         lines.count(&bar, "groups of figures");
     })?;
     bar.finish_and_clear();
-    let numbers = Numbers::of(&items);
-    let json = serde_json::to_string_pretty(&numbers).context("the page cannot be written as JSON")?;
     let mut batch = Batch::default();
-    batch.add(&args.out.join(PAGE), html(&items)?.as_bytes())?;
-    batch.add(&args.out.join(NUMBERS), json.as_bytes())?;
-    for (name, svg) in files(&items) {
-        batch.add(&args.out.join(name), svg.as_bytes())?;
-    }
-    // Items share pictures.
-    let inputs: BTreeMap<&String, &Vec<u8>> =
-        items.iter().flat_map(|item| item.inputs.iter().map(|(name, bytes)| (name, bytes))).collect();
-    for (name, bytes) in inputs {
-        batch.add(&args.out.join(name), bytes)?;
+    for (name, bytes) in all_files(&items)? {
+        batch.add(&args.out.join(name), &bytes)?;
     }
     batch.keep()?;
     drop(folder);
     if args.json {
-        print_json(&numbers)?;
+        print_json(&Numbers::of(&items))?;
     } else {
         print(&format!("{}{}\n", table(&items), shown(&args.out.join(PAGE))))?;
     }

@@ -1,7 +1,6 @@
 //! `hoverlock report`: the errors of quantisation on given pictures, and the checks of their bounds.
 
 use std::collections::BTreeSet;
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
@@ -12,13 +11,13 @@ use hoverlock_pictures::folder::expand;
 use hoverlock_reports::baseline::{self, Baseline, Kind};
 use hoverlock_reports::hardware::StepResult;
 use hoverlock_reports::output;
-use hoverlock_reports::study::{self, BoundRow, Commands, MIN_SIDE, Study, Subject, Unfit, Unjudged};
+use hoverlock_reports::study::{self, BoundRow, Commands, LowContrast, MIN_SIDE, Study, Subject, Unfit, Unjudged};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::Verdict;
 use crate::design::Chosen;
 use crate::interrupt::end_descendants;
-use crate::output::{Folder, command, print, quoted, say, shown, verdict, write_file};
+use crate::output::{Batch, Folder, command, print, quoted, remove_earlier, say, shown, verdict};
 use crate::picture::{Limit, open};
 use crate::progress::LogLines;
 use crate::rtl_level;
@@ -78,21 +77,27 @@ pub fn run(args: &Args) -> Result<Verdict> {
     };
     let commands = Commands { typed: &command(), changed: &|changes| args.with_changes(changes) };
     let mut study = study::run(&subjects, &design, &commands, &step)?;
-    study.unfit.extend(unfit);
-    if !study.bounds.iter().any(|row| row.picture.is_some()) {
+    study.add_refused(unfit);
+    if study.judges().is_empty() {
         bar.finish_and_clear();
         end_descendants();
         bail!(Unjudged(study.unfit));
     }
     let study = hardware.finish(study, &subjects, &step)?;
     bar.finish_and_clear();
-    output::write(&study, &args.out)?;
     let compared = baseline.map(|baseline| baseline.compare(&study));
     let page = args.out.join(baseline::PAGE);
-    match &compared {
-        Some(compared) => write_file(&page, baseline::html(compared)?.as_bytes())?,
+    let mut batch = Batch::default();
+    for (name, content) in output::files(&study)? {
+        batch.add(&args.out.join(name), content.as_bytes())?;
+    }
+    if let Some(compared) = &compared {
+        batch.add(&page, baseline::html(compared)?.as_bytes())?;
+    }
+    batch.keep()?;
+    if compared.is_none() {
         // That of an earlier report is about other numbers.
-        None => remove_earlier(&page)?,
+        remove_earlier(&page)?;
     }
     drop(folder);
     if let Some(hardware) = study.hardware() {
@@ -110,6 +115,8 @@ pub fn run(args: &Args) -> Result<Verdict> {
         }
     }
     study.unfit.iter().for_each(|unfit| say(&unfit.to_string()));
+    low_contrast(&study.low_contrast).iter().for_each(|line| say(line));
+    study.beyond_bound().iter().for_each(|line| say(line));
     failures(&study, &args.out).iter().for_each(|line| say(line));
     if args.json {
         print(&output::json(&study)?)?;
@@ -127,18 +134,14 @@ pub fn run(args: &Args) -> Result<Verdict> {
             compared.same,
             shown(&page)
         ));
+        if !compared.other_inputs.is_empty() {
+            say(&format!(
+                "the baseline has inputs of the same name and another content: {}; make it again from these pictures",
+                compared.other_inputs.join("; ")
+            ));
+        }
     }
     Ok((study.pass && compared.is_none_or(|compared| compared.pass)).into())
-}
-
-/// Removes a file of an earlier report if it is there.
-fn remove_earlier(path: &Path) -> Result<()> {
-    match std::fs::remove_file(path) {
-        Err(error) if error.kind() != ErrorKind::NotFound => {
-            Err(error).with_context(|| format!("{}: of an earlier report, cannot be removed", shown(path)))
-        }
-        _ => Ok(()),
-    }
 }
 
 /// Reads an earlier report.
@@ -212,6 +215,20 @@ fn reason(error: &anyhow::Error, path: &Path) -> String {
     text.strip_prefix(&format!("{}: ", path.display())).unwrap_or(&text).to_owned()
 }
 
+/// Returns which frames have too little contrast for some checks, in one line; `None` if none has.
+fn low_contrast(frames: &[LowContrast]) -> Option<String> {
+    let checks: usize = frames.iter().map(|of| of.checks.len()).sum();
+    let places: Vec<String> =
+        frames.iter().map(|of| format!("{}, {}, {:.0} LSB rms", of.picture, of.condition, of.rms_lsb)).collect();
+    (checks > 0).then(|| {
+        format!(
+            "{checks} checks were left out where the contrast is below every class: {}; give pictures with more \
+             contrast",
+            places.join("; ")
+        )
+    })
+}
+
 /// Returns a line for each check that fails, the furthest beyond its limit first, and how many are left out.
 fn failures(study: &Study, folder: &Path) -> Vec<String> {
     let failures = study.failures();
@@ -239,10 +256,11 @@ fn summary(study: &Study, folder: &Path) -> String {
     let failed = study.bounds.iter().filter(|row| !row.check.pass).count();
     let verdict = verdict(study.pass, if study.pass { "PASS" } else { "FAIL" });
     let passed = study.bounds.len() - failed;
+    let (judges, given) = (study.judges().len(), study.pictures_given);
+    let pictures = if judges == given { given.to_string() } else { format!("{judges} of {given}") };
     format!(
-        "{verdict}: {passed} of {} checks pass on {} picture(s)\n{}\n",
+        "{verdict}: {passed} of {} checks pass on {pictures} picture(s)\n{}\n",
         study.bounds.len(),
-        study.pictures.len(),
         shown(&folder.join(output::PAGE))
     )
 }

@@ -8,6 +8,7 @@ use std::thread::{JoinHandle, spawn};
 use anyhow::{Result, anyhow};
 use hoverlock_design::DesignPoint;
 use hoverlock_fixed_point::analysis::acceptance::dog_lsb;
+use hoverlock_fixed_point::analysis::levels::raw_thresholds;
 use hoverlock_fixed_point::model::design::camera_samples;
 use hoverlock_reports::hardware::{
     DeviceUtilisation, Hardware, ModuleResources, ResourceEstimate, Simulated, StepResult,
@@ -79,10 +80,9 @@ fn simulate(simulator: &Simulator, study: &Study, subject: &Subject) -> Result<S
         .zip(conditions)
         .map(|(frame, condition)| {
             // The study's LSB is that of the default design.
-            let lsb = design.dog().lsb() / dog_lsb();
-            let threshold = |k: usize| (condition.comparison.scales[k].threshold_lsb / lsb).round() as u32;
-            let thresholds: Vec<u32> = (0..design.pairs()).map(|k| threshold(k).clamp(1, design.max_dog())).collect();
-            Ok(Job::of(design, camera_samples(design, &frame), thresholds)?)
+            let scales = condition.comparison.scales.iter();
+            let thresholds: Vec<f64> = scales.map(|scale| scale.threshold_lsb * dog_lsb()).collect();
+            Ok(Job::of(design, camera_samples(design, &frame), raw_thresholds(design, &thresholds))?)
         })
         .collect::<Result<Vec<_>>>()?;
     let outcome = run(simulator, &jobs, Streams::default())?;

@@ -87,6 +87,53 @@ fn made_again(out: &Path, names: &[String]) {
     }
 }
 
+/// The path of a design is in a comment of each file, which must not end within it.
+#[test]
+fn a_path_with_the_end_of_a_comment_stays_in_the_comment() {
+    let folder = tempfile::tempdir().unwrap();
+    let inside = folder.path().join("a*");
+    std::fs::create_dir(&inside).unwrap();
+    let design = inside.join("b\nc.toml");
+    std::fs::copy(concat!(env!("CARGO_MANIFEST_DIR"), "/../designs/small.toml"), &design).unwrap();
+    let out = folder.path().join("out");
+    let output = coeffs(&["--design", design.to_str().unwrap(), "--out", out.to_str().unwrap()]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
+    let first = read("coefficients.h").lines().next().unwrap().to_owned();
+    assert!(first.ends_with(" */") && first.matches("*/").count() == 1 && first.contains("a* /b c.toml"), "{first}");
+    for (name, start) in [("coefficients.vh", "// Include"), ("coefficients.rs", ""), ("coefficients.mif", "WIDTH")] {
+        let text = read(name);
+        let second = text.lines().nth(1).unwrap();
+        assert!(second.starts_with(start) && !second.contains("c.toml"), "{name}: {second}");
+    }
+}
+
+/// The marker is written by its name: not through a link, and not over what is no text.
+#[test]
+fn a_marker_that_is_no_text_file_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let (out, victim) = (folder.path().join("out"), folder.path().join("victim"));
+    let marker = out.join(".hoverlock");
+    std::fs::create_dir(&out).unwrap();
+    let refused = |reason: &str| {
+        let output = coeffs(&["--sigma", "2", "--out", out.to_str().unwrap()]);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(2) && said.contains(reason), "{said}");
+        assert_eq!(said.lines().count(), 1, "{said}");
+    };
+    std::fs::write(&victim, "mine").unwrap();
+    for target in ["../victim", "../nothing"] {
+        std::os::unix::fs::symlink(target, &marker).unwrap();
+        refused(".hoverlock: is not a regular file");
+        std::fs::remove_file(&marker).unwrap();
+    }
+    assert_eq!(std::fs::read_to_string(&victim).unwrap(), "mine");
+    assert!(!folder.path().join("nothing").exists());
+    std::fs::write(&marker, b"\xff\xfe").unwrap();
+    refused(".hoverlock: cannot be read as text");
+    assert_eq!(std::fs::read(&marker).unwrap(), b"\xff\xfe");
+}
+
 #[test]
 fn what_is_not_possible_gets_one_line_and_status_two() {
     let file = tempfile::NamedTempFile::new().unwrap();

@@ -263,6 +263,38 @@ fn a_link_leads_to_its_file_and_a_read_only_file_stays() {
     assert!(said.contains("lost.toml: is a link to nothing") && lost.is_symlink(), "{said}");
 }
 
+/// The build script of the crate that knows the commit, in a small project of its own.
+#[test]
+fn an_edit_of_a_tracked_file_makes_the_commit_dirty() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir_all(at("reports/src")).unwrap();
+    fs::copy(concat!(env!("CARGO_MANIFEST_DIR"), "/../reports/build.rs"), at("reports/build.rs")).unwrap();
+    let package = "[package]\nname = \"probe\"\nedition = \"2024\"\n\n[workspace]\n";
+    fs::write(at("reports/Cargo.toml"), package).unwrap();
+    fs::write(at("reports/src/main.rs"), "fn main() { print!(\"{}\", env!(\"HOVERLOCK_COMMIT\")) }\n").unwrap();
+    fs::write(at("elsewhere.rs"), "").unwrap();
+    fs::write(at(".gitignore"), "target\nCargo.lock\n").unwrap();
+    let git = |args: &[&str]| {
+        let name = ["-c", "user.name=Somebody", "-c", "user.email=somebody@localhost"];
+        assert!(Command::new("git").args(name).args(args).current_dir(folder.path()).status().unwrap().success());
+    };
+    git(&["init", "-q"]);
+    git(&["add", "."]);
+    git(&["commit", "-q", "-m", "First"]);
+    let commit = || {
+        let mut cargo = Command::new(env!("CARGO"));
+        cargo.args(["run", "-q", "--offline"]).current_dir(at("reports")).env("CARGO_TARGET_DIR", at("target"));
+        let output = cargo.output().unwrap();
+        assert!(output.status.success(), "{}", stderr(&output));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let clean = commit();
+    assert!(clean.len() == 12 && !clean.ends_with("-dirty"), "{clean}");
+    fs::write(at("elsewhere.rs"), "//! Edited.\n").unwrap();
+    assert_eq!(commit(), format!("{clean}-dirty"));
+}
+
 fn wait_until(what: impl Fn() -> bool) {
     let started = Instant::now();
     while !what() {

@@ -96,7 +96,59 @@ fn a_picture_without_features_judges_no_design() {
     let lists = |name: &str| unfit.iter().any(|unfit| unfit["picture"].as_str().unwrap().ends_with(name));
     assert!(lists("plain") && lists("flat.png") && !lists("good"), "{unfit:?}");
     assert!(said.contains("flat.png: unfit") && said.contains("plain, nominal: unfit"), "{said}");
+    let best = fs::read_to_string(out.join("best.toml")).unwrap();
+    assert!(best.contains("It passes every check of the report on good. "), "{best}");
     assert!(fs::read_to_string(out.join("index.html")).unwrap().contains("<li>plain, nominal: streaming has "));
+}
+
+/// A program that was built again may measure something else, whatever its commit says.
+#[test]
+fn results_of_another_program_are_not_reused() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = saved(folder.path(), "blobs.png", &blobs(440, 400));
+    let out = folder.path().join("out");
+    let restored = |program: &Path| {
+        let mut command = Command::new(program);
+        command.args(["explore", &picture, "--json", "--budget", "1", "--out"]).arg(&out);
+        let output = command.output().expect("the command runs");
+        let found: Value = serde_json::from_slice(&output.stdout).expect("one JSON object and nothing else");
+        found["restored"].as_u64().unwrap()
+    };
+    let program = Path::new(env!("CARGO_BIN_EXE_hoverlock"));
+    let other = folder.path().join("hoverlock");
+    // Bytes after the last section of a program are not loaded. Written by another process, because a program that is
+    // open for writing cannot be run.
+    let copy =
+        Command::new("sh").args(["-c", "cp \"$0\" \"$1\" && printf other >> \"$1\""]).args([program, &other]).status();
+    assert!(copy.unwrap().success());
+    assert_eq!(restored(program), 0);
+    assert_eq!(restored(&other), 0);
+    assert!(restored(program) > 0);
+}
+
+#[test]
+fn files_of_somebody_else_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = saved(folder.path(), "blobs.png", &blobs(440, 400));
+    let out = folder.path().join("out");
+    let refused = |reason: &str| {
+        let output = explore(&[&picture, "--out", out.to_str().unwrap(), "--budget", "1"]);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(2) && said.contains(reason), "{said}");
+    };
+    for name in ["index.html", "explore.json", "points.csv", "best.toml", "results.jsonl"] {
+        fs::create_dir(&out).unwrap();
+        fs::write(out.join(name), "mine").unwrap();
+        refused(&format!("{name}: is not a file of hoverlock explore"));
+        assert_eq!(fs::read_to_string(out.join(name)).unwrap(), "mine");
+        fs::remove_dir_all(&out).unwrap();
+    }
+    // A link to nothing would make a file elsewhere.
+    fs::create_dir(&out).unwrap();
+    fs::write(out.join(".hoverlock"), "hoverlock explore\n").unwrap();
+    std::os::unix::fs::symlink("../elsewhere", out.join("results.jsonl")).unwrap();
+    refused("results.jsonl: is a link to nothing");
+    assert!(!folder.path().join("elsewhere").exists());
 }
 
 #[test]

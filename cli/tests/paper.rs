@@ -88,6 +88,19 @@ fn each_command_of_the_page_states_its_numbers() {
 }
 
 #[test]
+fn a_drawing_of_somebody_else_is_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["figure_12.svg", "field_1.png"] {
+        let page = folder.path().join(name.replace('.', "_"));
+        fs::create_dir(&page).unwrap();
+        fs::write(page.join(name), "mine").unwrap();
+        let reason = format!("{name}: is not a file of hoverlock paper");
+        refused(folder.path(), &["paper", "--out", page.to_str().unwrap()], &reason);
+        assert_eq!(fs::read_to_string(page.join(name)).unwrap(), "mine");
+    }
+}
+
+#[test]
 fn bad_places_and_telemetry_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();

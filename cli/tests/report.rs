@@ -106,6 +106,8 @@ fn a_picture_with_too_few_features_is_unfit_and_does_not_fail_the_design() {
     for reason in ["flat.png: unfit", "tiny, nominal: unfit", "rtl not run: verilator was not found"] {
         assert!(said.contains(reason), "{said}");
     }
+    let junit = fs::read_to_string(out.join("junit.xml")).unwrap();
+    assert!(junit.contains("every pixel") && junit.contains("tiny, nominal"), "{junit}");
     let printed: serde_json::Value = serde_json::from_slice(&stdout).expect("one JSON object and nothing else");
     assert_eq!(printed["pass"], true);
     assert_eq!(level(&printed, "rtl")["hardware"]["simulation"]["status"], "not run");
@@ -113,6 +115,11 @@ fn a_picture_with_too_few_features_is_unfit_and_does_not_fail_the_design() {
     assert!(rows.iter().all(|row| row["name"] != "RTL mismatches" && row["picture"] != "tiny"));
     assert!(rows.iter().any(|row| row["picture"] == "good"));
     assert_eq!(printed, parsed(&out.join("report.json")));
+    assert_eq!(printed["pictures_given"], 3);
+    let mut command = without_tools(env!("CARGO_BIN_EXE_hoverlock"));
+    let text = command.args(["report", &tiny, &good, "--out", out.to_str().unwrap()]).output().unwrap().stdout;
+    let text = String::from_utf8_lossy(&text);
+    assert!(text.contains("PASS") && text.contains(" checks pass on 1 of 2 picture(s)"), "{text}");
     assert!(out.join("index.html").exists() && out.join("junit.xml").exists());
 }
 
@@ -294,6 +301,11 @@ fn a_baseline_shows_what_changed() {
     assert!(status == Some(1) && !said.contains("baseline 0 checks"), "{said}");
     let page = fs::read_to_string(at("worse/baseline.html")).unwrap();
     assert!(page.contains(">FAIL<") && page.contains("fails now") && page.contains("<code>dog_bits</code>"));
+    // Another picture under the same name.
+    saved(folder.path(), "picture.png", &blocks(430, 400));
+    let (_, said) = run(&["--out", &at("renewed"), "--baseline", &earlier]);
+    assert!(said.contains("another content: picture: sha256 ") && !said.contains("bounds.toml"), "{said}");
+    assert!(fs::read_to_string(at("renewed/baseline.html")).unwrap().contains("Not the same inputs"));
     // No report.
     fs::write(at("other.json"), "{}").unwrap();
     for (file, reason) in [(at("other.json"), "not the report.json"), (at("none.json"), "cannot be read")] {

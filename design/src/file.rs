@@ -87,10 +87,10 @@ impl DesignPoint {
         KEYS.iter().map(|key| format!("{} = {}\n", key.name, key.value(self).to_toml())).collect()
     }
 
-    /// Returns this design as a design file: `heading` as comments, one line each, then every key with its meaning,
-    /// unit and limits.
+    /// Returns this design as a design file: `heading` as [`comment`]s, then every key with its meaning, unit and
+    /// limits.
     pub fn to_file(&self, heading: &[String]) -> String {
-        let mut text: String = heading.iter().map(|line| format!("# {line}\n")).collect();
+        let mut text: String = heading.iter().map(|line| format!("# {}\n", comment(line))).collect();
         text += "# DN: one step of a 16-bit sample; full scale is 2^16 DN. A camera of P bits has steps of \
                  2^(16 - P) DN.\n";
         for key in &KEYS {
@@ -102,6 +102,12 @@ impl DesignPoint {
         }
         text
     }
+}
+
+/// Returns a text that stays within a comment of one line in a design file, C, Rust, Verilog or a memory file: control
+/// characters become spaces, and the beginning and end of a comment of C get one between their signs.
+pub fn comment(text: &str) -> String {
+    text.replace(char::is_control, " ").replace("*/", "* /").replace("/*", "/ *")
 }
 
 /// Returns key and value of `KEY=VALUE`.
@@ -147,12 +153,19 @@ mod tests {
             design = design.with_override(text).unwrap();
         }
         assert_eq!(KT27.with_toml(&design.to_toml()).unwrap(), design);
-        let file = design.to_file(&["What it is for.".into()]);
-        assert!(file.starts_with("# What it is for.\n"));
+        let file = design.to_file(&["What it is for.\nstate = \"u1.0\"".into()]);
+        assert!(file.starts_with("# What it is for. state = \"u1.0\"\n"), "{file}");
         assert_eq!(DesignPoint::from_file(&file).unwrap(), design);
         assert_eq!((design.dog_bits, &*design.sigmas), (12, &[1.0, 2.5, 6.0][..]));
         // Twelve bits over the same quarter of full scale: one LSB is 4 DN, 64 LSB of a state with four fraction bits.
         assert_eq!((design.dog().lsb(), design.dog_shift()), (4.0, 6));
+    }
+
+    #[test]
+    fn a_comment_is_one_line_and_does_not_end_early() {
+        for (text, within) in [("a b.toml", "a b.toml"), ("a\nb\r\tc", "a b  c"), ("x*/y/*z*/*", "x* /y/ *z* / *")] {
+            assert_eq!(comment(text), within);
+        }
     }
 
     #[test]

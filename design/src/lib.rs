@@ -29,6 +29,7 @@ mod shipped;
 
 pub use choice::{Protection, SmootherKind};
 pub use error::DesignError;
+pub use file::comment;
 pub use format::{Format, FormatError};
 pub use hardware::{MAX_ROWS, MIN_SIDE, Unbuildable};
 pub use key::{Key, KeyValue};

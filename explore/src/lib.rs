@@ -132,6 +132,8 @@ pub struct Exploration {
     pub unfit: Vec<Unfit>,
     /// Name of each picture, and SHA-256 of the part that was measured.
     pub pictures: Vec<(String, String)>,
+    /// Names of the pictures that judge: by one of their parts the base can be judged.
+    pub judges: Vec<String>,
     /// All designs, the base first.
     pub points: Vec<Point>,
 }

@@ -5,8 +5,8 @@
 
 use std::collections::HashMap;
 
-use hoverlock_design::{DesignPoint, Format};
-use hoverlock_fixed_point::analysis::acceptance::Reference;
+use hoverlock_design::DesignPoint;
+use hoverlock_fixed_point::analysis::acceptance::{Reference, threshold_step};
 use hoverlock_fixed_point::analysis::bounds::{Bounds, Check};
 use hoverlock_fixed_point::analysis::displacement::{self, Motions};
 use hoverlock_fixed_point::analysis::levels::{Level, Levels};
@@ -24,6 +24,15 @@ pub(crate) enum Part {
     Frame(usize, usize),
     /// The known motions of a picture: its index in the subjects.
     Motion(usize),
+}
+
+impl Part {
+    /// Returns the index of the picture in the subjects.
+    pub(crate) fn picture(self) -> usize {
+        match self {
+            Self::Frame(picture, _) | Self::Motion(picture) => picture,
+        }
+    }
 }
 
 /// The outcome of the checks of one design on one part.
@@ -64,11 +73,21 @@ impl PartOutcome {
     }
 }
 
-/// What the planes of `streaming` depend on: look-ahead, and the pixel of the camera.
-type Filters = (Vec<u32>, Format);
+/// What the planes of `streaming` depend on: look-ahead, and the bits of the camera's pixel.
+type Filters = (Vec<u32>, u32);
 
 fn filters(design: &DesignPoint) -> Filters {
-    (design.look_ahead.clone(), design.pixel)
+    (design.look_ahead.clone(), design.pixel.bits())
+}
+
+/// What [`Bench::prepare`] computes depends on: the planes of `streaming`, and for motions the step of the thresholds,
+/// DN as bits, because their features are computed once.
+pub(crate) type Shared = (Filters, Option<u64>);
+
+/// Returns what designs have in common that are measured on a part against the same `streaming`.
+pub(crate) fn shared(design: &DesignPoint, part: Part) -> Shared {
+    let step = matches!(part, Part::Motion(_)).then(|| threshold_step(design).to_bits());
+    (filters(design), step)
 }
 
 /// The pictures and the planes of `streaming` on them, which designs with the same look-ahead and pixel share.
@@ -78,8 +97,8 @@ pub(crate) struct Bench<'a> {
     build: String,
     /// Filters and part of the last reference, its frame, and the reference.
     last: Option<(Filters, Part, Plane<u16>, Reference)>,
-    /// Motions by filters and picture.
-    motions: HashMap<(Filters, usize), Motions>,
+    /// Motions by what they depend on, and picture.
+    motions: HashMap<(Shared, usize), Motions>,
 }
 
 impl<'a> Bench<'a> {
@@ -134,12 +153,12 @@ impl<'a> Bench<'a> {
         Unfit { picture: self.subjects[picture].name.clone(), condition, reason }
     }
 
-    /// Computes `streaming` for a part with the filters of `levels`, unless it is there.
+    /// Computes `streaming` for a part with what `levels` share, unless it is there.
     pub(crate) fn prepare(&mut self, levels: &Levels, part: Part) {
-        let filters = filters(levels.design());
         let bounds = Bounds::acceptance();
         match part {
             Part::Frame(picture, condition) => {
+                let filters = filters(levels.design());
                 if self.last.as_ref().is_some_and(|last| (&last.0, last.1) == (&filters, part)) {
                     return;
                 }
@@ -151,13 +170,13 @@ impl<'a> Bench<'a> {
             Part::Motion(picture) => {
                 let frame = &self.subjects[picture].frame;
                 self.motions
-                    .entry((filters, picture))
+                    .entry((shared(levels.design(), part), picture))
                     .or_insert_with(|| Motions::new(levels, frame, &NOMINAL, bounds, MOTIONS));
             }
         }
     }
 
-    /// Measures a design on a part. Call [`Bench::prepare`] for this part and these filters first.
+    /// Measures a design on a part. Call [`Bench::prepare`] for this part and what it shares first.
     pub(crate) fn measure(&self, levels: &Levels, part: Part) -> PartOutcome {
         let (bounds, place) = (Bounds::acceptance(), self.name(part));
         match part {
@@ -174,7 +193,7 @@ impl<'a> Bench<'a> {
                 PartOutcome::new(&checks, &place, rms)
             }
             Part::Motion(picture) => {
-                let motions = self.motions.get(&(filters(levels.design()), picture));
+                let motions = self.motions.get(&(shared(levels.design(), part), picture));
                 if let Some(reason) = motions.and_then(|motions| motions.unfit(bounds)) {
                     return PartOutcome::unfit(&place, reason);
                 }

@@ -85,16 +85,15 @@ pub fn best(exploration: &Exploration, command: &str) -> Option<String> {
     let best = exploration.best()?;
     let worst = best.worst.as_ref()?;
     let margin = best.margin.unwrap_or_default();
-    let pictures: Vec<&str> = exploration.pictures.iter().map(|(name, _)| name.as_str()).collect();
     let heading = [
-        format!("Found by: {}", one_line(command)),
+        format!("Found by: {command}"),
         format!("Changes: {}", best.name),
         format!(
             "It passes every check of the report on {}. Closest to its limit: {} ({}), {margin:.0} % of the allowance \
              left.",
-            one_line(&pictures.join(", ")),
+            exploration.judges.join(", "),
             worst.check,
-            one_line(&worst.place)
+            worst.place
         ),
         format!(
             "By the memory model {} M10K, {} DSP blocks and about {} ALM.",
@@ -102,9 +101,4 @@ pub fn best(exploration: &Exploration, command: &str) -> Option<String> {
         ),
     ];
     Some(best.design.to_file(&heading))
-}
-
-/// Replaces control characters, so that the text stays within one comment line.
-fn one_line(text: &str) -> String {
-    text.replace(|c: char| c.is_control(), " ")
 }

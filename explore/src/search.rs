@@ -10,7 +10,7 @@ use hoverlock_reports::check_outcome::CheckOutcome;
 use hoverlock_reports::study::{Unfit, Unjudged};
 use rayon::prelude::*;
 
-use crate::measure::{Bench, Part, PartOutcome};
+use crate::measure::{Bench, Part, PartOutcome, shared};
 use crate::results::KnownResults;
 use crate::space::{self, Candidate};
 use crate::{Exploration, Objective, Point, Progress, Status, Task};
@@ -115,6 +115,18 @@ impl<E: From<Unjudged>> Search<'_, E> {
         }
     }
 
+    /// Returns the names of the pictures by one of whose parts the base can be judged.
+    fn judges(&self) -> Vec<String> {
+        let is_judge = |picture: &usize| {
+            let mut of_base = self.parts.iter().zip(&self.outcomes[0]);
+            of_base.any(|(part, outcome)| {
+                part.picture() == *picture && outcome.as_ref().is_some_and(|outcome| outcome.unfit.is_none())
+            })
+        };
+        let subjects = self.task.subjects;
+        (0..subjects.len()).filter(is_judge).map(|picture| subjects[picture].name.clone()).collect()
+    }
+
     /// Returns the parts by which the base cannot be judged.
     fn unfit(&self) -> Vec<Unfit> {
         let of_base = self.parts.iter().zip(&self.outcomes[0]);
@@ -161,11 +173,9 @@ impl<E: From<Unjudged>> Search<'_, E> {
                 return Ok(());
             }
             (self.report)(&self.progress(&left, part));
-            // Designs with the same look-ahead share a reference.
-            left.sort_by_key(|&index| self.candidates[index].design.look_ahead.clone());
-            for same in
-                left.chunk_by(|&a, &b| self.candidates[a].design.look_ahead == self.candidates[b].design.look_ahead)
-            {
+            let shared = |index: usize| shared(&self.candidates[index].design, part);
+            left.sort_by_key(|&index| shared(index));
+            for same in left.chunk_by(|&a, &b| shared(a) == shared(b)) {
                 // A candidate without levels has a failure and is not in the list, so the filter removes none.
                 let levels: Vec<(usize, Levels)> = same
                     .iter()
@@ -289,6 +299,7 @@ impl<E: From<Unjudged>> Search<'_, E> {
             restored: self.restored,
             best,
             unfit: self.unfit(),
+            judges: self.judges(),
             pictures: pictures.map(|(subject, hash)| (subject.name.clone(), hash.clone())).collect(),
             points,
         }

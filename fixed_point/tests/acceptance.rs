@@ -4,10 +4,12 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use hoverlock_design::{DesignPoint, KT27};
-use hoverlock_fixed_point::analysis::acceptance::{Comparison, Reference, check_coefficients, dog_lsb};
+use hoverlock_fixed_point::analysis::acceptance::{
+    Comparison, Reference, check_coefficients, dog_lsb, rounding_beyond_bound, threshold_step,
+};
 use hoverlock_fixed_point::analysis::bounds::{Bounds, Check};
 use hoverlock_fixed_point::analysis::displacement::{self, Motions};
-use hoverlock_fixed_point::analysis::levels::{Level, Levels};
+use hoverlock_fixed_point::analysis::levels::{Level, Levels, raw_thresholds};
 use hoverlock_pictures::conditions::{CONDITIONS, NOMINAL};
 use hoverlock_pictures::{Picture, data_dir, demo_dir};
 use hoverlock_reference::image::plane::Plane;
@@ -96,11 +98,43 @@ fn the_threshold_gives_both_levels_the_same_number_of_features() {
     for plane in test.dog.iter_mut().chain(&mut test.max_dog) {
         *plane = plane.map(|dn| (dn / dog_lsb()).round() * dog_lsb());
     }
-    let comparison = Reference::of(reference, bounds).compare(&test, bounds).unwrap();
+    let comparison = Reference::of(reference, bounds).compare(&test, &KT27, bounds).unwrap();
     for scale in &comparison.scales {
         assert!(scale.interior.reference_rms < 200.0, "the contrast must be low: {}", scale.interior.reference_rms);
         assert!(scale.interior.max.abs() <= 0.5 + 1e-9);
         assert!(scale.kept.reference.abs_diff(scale.kept.test) <= 1, "{} {}", scale.kept.reference, scale.kept.test);
+    }
+}
+
+/// A threshold between two responses of a coarse DoG would be rounded up for its integers alone.
+#[test]
+fn the_threshold_is_a_response_of_the_coarser_dog() {
+    let bounds = Bounds::acceptance();
+    let streaming = Levels::new(&KT27).unwrap().planes(Level::Streaming, &blobs());
+    let reference = Reference::of(streaming, bounds);
+    for (bits, step) in [(16, 0.5), (15, 0.5), (12, 4.0), (9, 32.0)] {
+        let design = KT27.with_override(&format!("dog_bits={bits}")).unwrap();
+        assert_eq!(threshold_step(&design), step);
+        let compared = reference.compare_bit_true(&Levels::new(&design).unwrap(), &blobs(), bounds).unwrap();
+        let thresholds: Vec<f64> = compared.scales.iter().map(|scale| scale.threshold_lsb * dog_lsb()).collect();
+        for (threshold, raw) in thresholds.iter().zip(raw_thresholds(&design, &thresholds)) {
+            assert_eq!(threshold % step, 0.0, "{bits} bits: {threshold} DN");
+            assert_eq!(f64::from(raw) * design.dog().lsb(), *threshold, "{bits} bits");
+        }
+        // `streaming` is cut half a step below.
+        let selected = reference.selected(&design);
+        let cut = |scale: u8| thresholds[usize::from(scale)] - step / 2.0;
+        assert!(selected.features.iter().all(|feature| feature.response >= cut(feature.scale)), "{bits} bits");
+        assert!(selected.features.len() > 200, "{bits} bits: {}", selected.features.len());
+    }
+}
+
+#[test]
+fn a_dog_whose_rounding_is_beyond_the_bound_is_named() {
+    for (bits, beyond) in [(15, false), (13, false), (12, true), (9, true)] {
+        let design = KT27.with_override(&format!("dog_bits={bits}")).unwrap();
+        let reason = rounding_beyond_bound(&design, Bounds::acceptance());
+        assert_eq!(reason.is_some(), beyond, "{reason:?}");
     }
 }
 
@@ -110,7 +144,7 @@ fn the_comparison_of_integers_is_that_of_their_planes() {
     for change in ["dog_bits=9", "dog_bits=16", "state=u16.4", "coefficient=u0.18", "threshold_target=9"] {
         let levels = Levels::new(&KT27.with_override(change).unwrap()).unwrap();
         let reference = Reference::of(levels.planes(Level::Streaming, &blobs()), bounds);
-        let of_planes = reference.compare(&levels.planes(Level::BitTrue, &blobs()), bounds).unwrap();
+        let of_planes = reference.compare(&levels.planes(Level::BitTrue, &blobs()), levels.design(), bounds).unwrap();
         assert!(of_planes.scales.iter().all(|scale| scale.kept.test > 50), "{of_planes:?}");
         assert_eq!(reference.compare_bit_true(&levels, &blobs(), bounds), Some(of_planes), "{change}");
     }

@@ -1,4 +1,6 @@
-//! The page, its numbers as JSON, and each drawing as a file.
+//! The page, its numbers as JSON, each drawing as a file, and the pictures that its commands read.
+
+use std::collections::BTreeMap;
 
 use hoverlock_reports::page::{PageError, SCRIPT, STYLE, environment, value};
 use hoverlock_reports::provenance::COMMIT;
@@ -6,6 +8,40 @@ use minijinja::context;
 use serde::Serialize;
 
 use crate::Item;
+
+/// File name of the page.
+pub const PAGE: &str = "index.html";
+/// File name of its numbers.
+pub const NUMBERS: &str = "paper.json";
+/// The names of all files of the page: what [`all_files`] returns, known before the items are.
+pub const FILES: [&str; 26] = [
+    PAGE,
+    NUMBERS,
+    "field_1.png",
+    "field_1_above.png",
+    "field_2.png",
+    "field_2_above.png",
+    "field_2_fog.png",
+    "figure_1.svg",
+    "figure_10_formulas_1_to_8.svg",
+    "figure_11_formulas_9_to_11.svg",
+    "figure_12.svg",
+    "figure_13.svg",
+    "figure_14.2.svg",
+    "figure_14.svg",
+    "figure_15.svg",
+    "figure_3.svg",
+    "figure_4_formula_1.svg",
+    "figure_5.2.svg",
+    "figure_5.svg",
+    "figure_6.2.svg",
+    "figure_6.svg",
+    "figure_8.svg",
+    "figure_9.2.svg",
+    "figure_9.svg",
+    "town_1_above.png",
+    "town_2_above.png",
+];
 
 const TEMPLATE: &str = include_str!("../templates/paper.html");
 
@@ -46,9 +82,33 @@ pub fn html(items: &[Item]) -> Result<String, PageError> {
     })?)
 }
 
+/// Why the files of the page were not made.
+#[derive(Debug, thiserror::Error)]
+pub enum FilesError {
+    /// The page could not be rendered.
+    #[error(transparent)]
+    Page(#[from] PageError),
+    /// The numbers could not be written as JSON.
+    #[error("the page cannot be written as JSON: {0}")]
+    Json(#[from] serde_json::Error),
+}
+
+/// Returns all files by name: the page, its numbers, each drawing, and the pictures that the commands read.
+///
+/// # Errors
+/// The page or its numbers cannot be made.
+pub fn all_files(items: &[Item]) -> Result<BTreeMap<String, Vec<u8>>, FilesError> {
+    let numbers = serde_json::to_string_pretty(&Numbers::of(items))?;
+    let mut all = BTreeMap::from([(PAGE.into(), html(items)?.into_bytes()), (NUMBERS.into(), numbers.into_bytes())]);
+    all.extend(drawings(items).into_iter().map(|(name, svg)| (name, svg.into_bytes())));
+    // Items share pictures.
+    all.extend(items.iter().flat_map(|item| item.inputs.iter().cloned()));
+    Ok(all)
+}
+
 /// Returns each drawing as a complete SVG file on white, with its name: `figure_4_formula_1.svg`, and `.2.svg` for a
 /// second one.
-pub fn files(items: &[Item]) -> Vec<(String, String)> {
+fn drawings(items: &[Item]) -> Vec<(String, String)> {
     let mut files = Vec::new();
     for item in items {
         let words: Vec<&str> =
@@ -94,7 +154,7 @@ mod tests {
 
     #[test]
     fn drawings_are_files_of_their_own() {
-        let names: Vec<String> = files(&[item(None)]).into_iter().map(|file| file.0).collect();
+        let names: Vec<String> = drawings(&[item(None)]).into_iter().map(|file| file.0).collect();
         assert_eq!(names, ["figure_4_formula_1.svg", "figure_4_formula_1.2.svg"]);
     }
 }

@@ -1,6 +1,6 @@
 //! The whole description, regenerated: each item is there, and says what was measured independently.
 
-use hoverlock_paper::{Item, items};
+use hoverlock_paper::{Item, items, page};
 
 fn item<'a>(items: &'a [Item], number: &str) -> &'a Item {
     items.iter().find(|item| item.number.split(", ").any(|part| part == number)).unwrap()
@@ -35,4 +35,9 @@ fn each_figure_and_claim_is_regenerated() {
             .flat_map(|item| &item.drawings)
             .all(|svg| svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"))
     );
+    // The command asks by these names, before the items are there, whether it may write.
+    let written: Vec<String> = page::all_files(&items).unwrap().into_keys().collect();
+    let mut named = page::FILES;
+    named.sort_unstable();
+    assert_eq!(written, named);
 }

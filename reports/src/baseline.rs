@@ -1,7 +1,7 @@
 //! Compares a report with an earlier one, check by check.
 //!
 //! The earlier report is a `report.json` of any commit and design. Two checks are the same check if their name, picture
-//! and condition are equal.
+//! and condition are equal. Pictures go by their names, so a picture or bounds of another content are stated.
 
 use std::collections::HashMap;
 
@@ -21,6 +21,7 @@ pub const PAGE: &str = "baseline.html";
 pub struct Baseline {
     provenance: Source,
     bounds: Vec<Row>,
+    pictures: Vec<Picture>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -28,6 +29,14 @@ struct Source {
     commit: String,
     command: String,
     configuration: String,
+    bounds_sha256: String,
+}
+
+/// A picture of the earlier report.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+struct Picture {
+    name: String,
+    sha256: String,
 }
 
 /// A check of either report. Numbers that are not finite are missing in JSON.
@@ -91,6 +100,8 @@ pub struct Comparison {
     pub same: usize,
     /// The checks that changed, the worst kind first.
     pub changes: Vec<Change>,
+    /// What both reports name alike and has another content, each with its hashes: the bounds, and pictures.
+    pub other_inputs: Vec<String>,
     /// Commit, command and design of the earlier report.
     before: Source,
     /// Commit, command and design of this report.
@@ -128,14 +139,34 @@ impl Baseline {
             pass: !changes.iter().any(|change| matches!(change.kind, Kind::Broken | Kind::Gone)),
             same,
             changes,
+            other_inputs: self.other_inputs(study),
             before: self.provenance.clone(),
             now: Source {
                 commit: provenance.commit.into(),
                 command: provenance.command.clone(),
                 configuration: provenance.configuration.clone(),
+                bounds_sha256: provenance.bounds_sha256.clone(),
             },
         }
     }
+
+    fn other_inputs(&self, study: &Study) -> Vec<String> {
+        let now = |name: &str| study.pictures.iter().find(|picture| picture.name == name);
+        let bounds = ("bounds.toml", self.provenance.bounds_sha256.as_str(), study.provenance.bounds_sha256.as_str());
+        let pictures = self.pictures.iter().filter_map(|before| {
+            let now = now(&before.name)?;
+            Some((before.name.as_str(), before.sha256.as_str(), now.sha256.as_str()))
+        });
+        let differing = std::iter::once(bounds).chain(pictures).filter(|(_, before, now)| before != now);
+        differing
+            .map(|(name, before, now)| format!("{name}: sha256 {} before, {} now", short(before), short(now)))
+            .collect()
+    }
+}
+
+/// Returns the beginning of a hash, which tells two contents apart.
+fn short(sha256: &str) -> String {
+    sha256.chars().take(12).collect()
 }
 
 fn key(row: &Row) -> (&str, Option<&str>, Option<&str>) {

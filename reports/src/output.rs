@@ -1,14 +1,7 @@
 //! The files of a report: HTML page, JSON, the checks as CSV, and JUnit XML with one test case for each check.
-//!
-//! Each file is written under a temporary name in the folder. All of them are renamed after the last one is complete.
-
-use std::fs;
-use std::io::{self, Write};
-use std::path::{Path, PathBuf};
 
 use hoverlock_fixed_point::analysis::bounds::Check;
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
-use tempfile::NamedTempFile;
 
 use crate::hardware::{MISMATCHES, StepResult};
 use crate::page::{self, PageError};
@@ -23,7 +16,7 @@ pub const TABLE: &str = "checks.csv";
 /// File name of the JUnit XML file.
 pub const TESTS: &str = "junit.xml";
 
-/// Why a report was not written.
+/// Why the files of a report were not made.
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
     /// The page could not be rendered.
@@ -35,58 +28,14 @@ pub enum OutputError {
     /// The checks could not be written as JUnit XML.
     #[error("the checks cannot be written as JUnit XML: {0}")]
     Junit(#[from] quick_junit::SerializeError),
-    /// A file or the folder could not be written.
-    #[error("{path}: cannot be written: {source}; name another folder with --out")]
-    Write {
-        /// The folder or file.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: io::Error,
-    },
 }
 
-/// Creates `folder` if needed and checks that files can be written there. Call it before the measurement.
+/// Returns all files of a report: name and content of each.
 ///
 /// # Errors
-/// The folder cannot be created or written.
-pub fn prepare(folder: &Path) -> Result<(), OutputError> {
-    let refused = |source| OutputError::Write { path: folder.to_path_buf(), source };
-    fs::create_dir_all(folder).map_err(refused)?;
-    NamedTempFile::new_in(folder).map_err(refused)?;
-    Ok(())
-}
-
-/// Writes all files into `folder`.
-///
-/// # Errors
-/// A file cannot be made or written. Then no file has changed, unless a rename failed.
-pub fn write(study: &Study, folder: &Path) -> Result<(), OutputError> {
-    let contents = [(PAGE, page::html(study)?), (NUMBERS, json(study)?), (TABLE, csv(study)), (TESTS, junit(study)?)];
-    let mut written = Vec::new();
-    for (name, content) in contents {
-        let path = folder.join(name);
-        let refused = |source| OutputError::Write { path: path.clone(), source };
-        let mut file = NamedTempFile::new_in(folder).map_err(refused)?;
-        file.write_all(content.as_bytes()).and_then(|()| file.flush()).map_err(refused)?;
-        readable(file.path()).map_err(refused)?;
-        written.push((file, path));
-    }
-    for (file, path) in written {
-        file.persist(&path).map_err(|error| OutputError::Write { path, source: error.error })?;
-    }
-    Ok(())
-}
-
-/// Makes the file readable for all: a temporary file is readable for its owner only.
-#[cfg(unix)]
-fn readable(path: &Path) -> io::Result<()> {
-    use std::os::unix::fs::PermissionsExt as _;
-    fs::set_permissions(path, fs::Permissions::from_mode(0o644))
-}
-
-#[cfg(not(unix))]
-fn readable(_path: &Path) -> io::Result<()> {
-    Ok(())
+/// A file cannot be made.
+pub fn files(study: &Study) -> Result<[(&'static str, String); 4], OutputError> {
+    Ok([(PAGE, page::html(study)?), (NUMBERS, json(study)?), (TABLE, csv(study)), (TESTS, junit(study)?)])
 }
 
 /// Returns the study as JSON.
@@ -115,48 +64,57 @@ pub(crate) fn field(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.into() }
 }
 
-/// Returns the checks as JUnit XML: one suite for each picture and condition, one case for each check.
+/// Returns the checks as JUnit XML: one suite for each picture and condition, one case for each check. What was not
+/// checked is a skipped case with the reason.
 ///
 /// # Errors
 /// XML cannot represent a name.
 pub fn junit(study: &Study) -> Result<String, OutputError> {
-    let mut suites: Vec<(String, TestSuite)> = Vec::new();
+    let mut suites: Vec<TestSuite> = Vec::new();
+    let mut add = |name: &str, case: TestCase| {
+        let at = suites.iter().position(|suite| suite.name.as_str() == name).unwrap_or_else(|| {
+            suites.push(TestSuite::new(name));
+            suites.len() - 1
+        });
+        suites[at].add_test_case(case);
+    };
     for row in &study.bounds {
-        let name = suite_name(row);
-        let case = test_case(row, &name);
-        match suites.iter_mut().find(|(of, _)| *of == name) {
-            Some((_, suite)) => {
-                suite.add_test_case(case);
-            }
-            None => {
-                let mut suite = TestSuite::new(name.clone());
-                suite.add_test_case(case);
-                suites.push((name, suite));
-            }
-        }
+        let name = suite_name(row.picture.as_deref(), row.condition);
+        add(&name, test_case(row, &name));
+    }
+    for unfit in &study.unfit {
+        let name = suite_name(Some(&unfit.picture), unfit.condition);
+        add(&name, skipped("fit to judge a design", &name, &unfit.reason));
+    }
+    for of in &study.low_contrast {
+        let name = suite_name(Some(&of.picture), Some(of.condition));
+        let reason = format!("the contrast, {:.0} LSB rms, is below every class", of.rms_lsb);
+        of.checks.iter().for_each(|check| add(&name, skipped(check, &name, &reason)));
     }
     if let Some(StepResult::NotRun { reason }) = study.hardware().map(|hardware| &hardware.simulation) {
-        let mut suite = TestSuite::new("hardware");
-        for picture in &study.pictures {
-            let mut status = TestCaseStatus::skipped();
-            status.set_message(format!("not run: {reason}"));
-            let mut case = TestCase::new(MISMATCHES, status);
-            case.set_classname(&picture.name);
-            suite.add_test_case(case);
-        }
-        suites.push(("hardware".into(), suite));
+        let reason = format!("not run: {reason}");
+        study.pictures.iter().for_each(|picture| add("hardware", skipped(MISMATCHES, &picture.name, &reason)));
     }
     let mut report = Report::new("hoverlock report");
-    report.add_test_suites(suites.into_iter().map(|(_, suite)| suite));
+    report.add_test_suites(suites);
     Ok(report.to_string()?)
 }
 
-fn suite_name(row: &BoundRow) -> String {
-    match (&row.picture, row.condition) {
+fn suite_name(picture: Option<&str>, condition: Option<&str>) -> String {
+    match (picture, condition) {
         (Some(picture), Some(condition)) => format!("{picture}, {condition}"),
-        (Some(picture), None) => picture.clone(),
+        (Some(picture), None) => picture.into(),
         _ => "coefficients".into(),
     }
+}
+
+/// Returns the case of a check that was not made.
+fn skipped(check: &str, class: &str, reason: &str) -> TestCase {
+    let mut status = TestCaseStatus::skipped();
+    status.set_message(reason);
+    let mut case = TestCase::new(check, status);
+    case.set_classname(class);
+    case
 }
 
 fn test_case(row: &BoundRow, suite: &str) -> TestCase {

@@ -10,7 +10,7 @@ use std::fmt;
 use crate::repeatability::{self, Curve};
 use hoverlock_design::{DesignPoint, KT27, SmootherKind};
 use hoverlock_fixed_point::analysis::acceptance::{
-    Comparison, Reference, SigmaEff, check_coefficients, response, sigma_eff,
+    Comparison, Reference, SigmaEff, check_coefficients, dog_lsb, response, rounding_beyond_bound, sigma_eff,
 };
 use hoverlock_fixed_point::analysis::bounds::{Bounds, Check, Sense};
 use hoverlock_fixed_point::analysis::displacement::{self, Displacement, Motions};
@@ -26,7 +26,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::figures::{Figures, overlay};
-use crate::hardware::{Hardware, StepResult};
+use crate::hardware::{Hardware, MISMATCHES, StepResult};
 use crate::provenance::Provenance;
 use crate::ranges::RangeRow;
 use crate::smoothers::{self, SmootherRow};
@@ -108,7 +108,7 @@ pub struct Measurement {
     pub stage: Stage,
     /// The kind of error.
     pub kind: Kind,
-    /// The LSB that errors are given in, DN.
+    /// The LSB that errors are given in, DN: that of the design's state, or of the DoG of `kt27`.
     pub lsb_dn: f64,
     /// The error on the interior, LSB.
     #[serde(flatten)]
@@ -145,11 +145,12 @@ impl Stage {
         }
     }
 
-    /// Returns the LSB of the stage's format at the design point `kt27`, DN.
-    pub fn lsb(self) -> f64 {
+    /// Returns the LSB that errors of the stage are given in, DN: for a smoother that of the design's state, for a
+    /// response that of the DoG of `kt27`, in which the bounds are.
+    pub fn lsb(self, design: &DesignPoint) -> f64 {
         match self {
-            Self::Smoothed(_) => KT27.state.lsb(),
-            Self::Dog(_) | Self::MaxDog(_) => KT27.dog().lsb(),
+            Self::Smoothed(_) => design.state_dn().lsb(),
+            Self::Dog(_) | Self::MaxDog(_) => dog_lsb(),
         }
     }
 
@@ -208,6 +209,27 @@ impl fmt::Display for Unfit {
     }
 }
 
+/// A picture that is fit to judge a design under a condition, but has too little contrast for some checks.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LowContrast {
+    /// The picture.
+    pub picture: String,
+    /// The condition.
+    pub condition: &'static str,
+    /// Rms of its `streaming` DoG on the scale with the lowest contrast, LSB.
+    pub rms_lsb: f64,
+    /// The checks that are left out.
+    pub checks: Vec<&'static str>,
+}
+
+impl fmt::Display for LowContrast {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { picture, condition, rms_lsb, checks } = self;
+        let checks = checks.join(", ");
+        write!(f, "{picture}, {condition}: the contrast, {rms_lsb:.0} LSB rms, is below every class of {checks}")
+    }
+}
+
 /// No picture is fit to judge a design, so there is no verdict.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub struct Unjudged(pub Vec<Unfit>);
@@ -237,7 +259,7 @@ pub struct Chain {
 pub struct ChainStage {
     /// Name of the stage: `recursion`, `column_look_ahead_0`, ..
     pub name: String,
-    /// Rms of the error after it, state LSB.
+    /// Rms of the error after it, LSB of the design's state.
     pub rms_lsb: f64,
 }
 
@@ -250,8 +272,12 @@ pub struct Study {
     pub provenance: Provenance,
     /// The checks of every bound on every picture and condition.
     pub bounds: Vec<BoundRow>,
+    /// Number of pictures given, with those that were refused before they were measured.
+    pub pictures_given: usize,
     /// What no design can be judged by, and why.
     pub unfit: Vec<Unfit>,
+    /// The checks that are left out for want of contrast.
+    pub low_contrast: Vec<LowContrast>,
     /// The six levels, `ideal` to `rtl`.
     pub levels: Vec<LevelStudy>,
     /// The range observed at every node, over all pictures and conditions.
@@ -355,7 +381,9 @@ pub fn run(
     Ok(Study {
         pass: rows.iter().all(|row| row.check.pass) && rows.iter().any(|row| row.picture.is_some()),
         provenance: Provenance::of(&levels, commands.typed),
+        pictures_given: subjects.len(),
         unfit: unfit(&pictures, bounds),
+        low_contrast: low_contrast(&pictures, bounds),
         bounds: rows,
         levels: level_studies,
         formats: RangeRow::each(&ranges),
@@ -458,9 +486,10 @@ fn measure_levels(
     let mut measure = |level: Level, kind: Kind, tested: &LevelPlanes, reference: &LevelPlanes| {
         let of_stage = |stage: Stage| {
             let (reference, tested) = (stage.plane(reference), stage.plane(tested));
-            let error = ErrorStatistics::between(&reference, &tested, stage.lsb(), Bounds::acceptance().interior)?;
+            let lsb_dn = stage.lsb(levels.design());
+            let error = ErrorStatistics::between(&reference, &tested, lsb_dn, Bounds::acceptance().interior)?;
             let (picture, condition) = (subject.name.clone(), condition.name);
-            Some((level, Measurement { picture, condition, stage, kind, lsb_dn: stage.lsb(), error }))
+            Some((level, Measurement { picture, condition, stage, kind, lsb_dn, error }))
         };
         errors.par_extend(Stage::all(levels.design()).into_par_iter().filter_map(of_stage));
     };
@@ -492,7 +521,7 @@ fn check(levels: &Levels, pictures: &[PictureStudy], bounds: &Bounds) -> Vec<Bou
     let mut rows: Vec<BoundRow> =
         check_coefficients(levels, bounds).into_iter().map(|check| row(check, None, None)).collect();
     for picture in pictures {
-        for study in picture.conditions.iter().filter(|study| study.comparison.unfit(bounds).is_none()) {
+        for study in fit(picture, bounds) {
             let checks = study.comparison.check(bounds).into_iter();
             rows.extend(checks.map(|check| row(check, Some(picture), Some(study.condition.name))));
         }
@@ -500,6 +529,23 @@ fn check(levels: &Levels, pictures: &[PictureStudy], bounds: &Bounds) -> Vec<Bou
         rows.extend(checks.map(|check| row(check, Some(picture), Some(NOMINAL.name))));
     }
     rows
+}
+
+/// Returns the conditions under which a picture is fit to judge a design.
+fn fit<'a>(picture: &'a PictureStudy, bounds: &'a Bounds) -> impl Iterator<Item = &'a ConditionStudy> {
+    picture.conditions.iter().filter(move |study| study.comparison.unfit(bounds).is_none())
+}
+
+/// Returns the checks that are left out for want of contrast.
+fn low_contrast(pictures: &[PictureStudy], bounds: &Bounds) -> Vec<LowContrast> {
+    let of_frame = |picture: &PictureStudy, of: &ConditionStudy| LowContrast {
+        picture: picture.name.clone(),
+        condition: of.condition.name,
+        rms_lsb: of.comparison.lowest_rms_lsb(),
+        checks: of.comparison.below_every_class(),
+    };
+    let frames = pictures.iter().flat_map(|picture| fit(picture, bounds).map(move |of| of_frame(picture, of)));
+    frames.filter(|of| !of.checks.is_empty()).collect()
 }
 
 /// Returns the pictures that judge nothing, under each condition and by their motions.
@@ -526,14 +572,14 @@ fn unfit(pictures: &[PictureStudy], bounds: &Bounds) -> Vec<Unfit> {
 
 fn chains(levels: &Levels, subject: &Subject, bounds: &Bounds) -> Vec<Chain> {
     let frame = NOMINAL.apply(&subject.frame, bounds.seeds.of(&NOMINAL));
+    let lsb = levels.design().state_dn().lsb();
     let chain = |smoother: usize| {
         let mut reference = Vec::new();
         levels.stages(Level::Streaming, smoother, &frame, |_, plane| reference.push(plane.clone()));
         let (mut stages, mut reference) = (Vec::new(), reference.into_iter());
         levels.stages(Level::BitTrue, smoother, &frame, |stage, plane| {
-            let error = reference
-                .next()
-                .and_then(|wanted| ErrorStatistics::between(&wanted, plane, KT27.state.lsb(), bounds.interior));
+            let error =
+                reference.next().and_then(|wanted| ErrorStatistics::between(&wanted, plane, lsb, bounds.interior));
             stages.extend(error.map(|error| ChainStage { name: stage.to_string(), rms_lsb: error.rms }));
         });
         Chain { sigma: levels.design().sigmas[smoother], stages }
@@ -551,6 +597,45 @@ impl Study {
         failures
     }
 
+    /// Adds pictures that were refused before they were measured.
+    pub fn add_refused(&mut self, unfit: Vec<Unfit>) {
+        self.pictures_given += unfit.len();
+        self.unfit.extend(unfit);
+    }
+
+    /// Returns the names of the pictures that judge the design: those with a check beside that of the Verilog, which
+    /// needs no features.
+    pub fn judges(&self) -> Vec<&str> {
+        let names = self.pictures.iter().map(|picture| picture.name.as_str());
+        let is_judge = |name: &&str| {
+            self.bounds.iter().any(|row| row.picture.as_deref() == Some(*name) && row.check.name != MISMATCHES)
+        };
+        names.filter(is_judge).collect()
+    }
+
+    /// Returns `true` if a picture is fit to judge the design under a condition.
+    pub fn is_fit(&self, picture: &str, condition: &str) -> bool {
+        !self.unfit.iter().any(|unfit| unfit.picture == picture && unfit.condition == Some(condition))
+    }
+
+    /// Returns the frames that are fit to judge the design.
+    pub fn fit_frames(&self) -> impl Iterator<Item = &Comparison> {
+        let frames =
+            self.pictures.iter().flat_map(|picture| picture.conditions.iter().map(move |of| (&picture.name, of)));
+        frames.filter(move |(name, of)| self.is_fit(name, of.condition.name)).map(|(_, of)| &of.comparison)
+    }
+
+    /// Returns the measurements of a level on what is fit to judge the design.
+    pub fn fit_measurements(&self, level: Level) -> impl Iterator<Item = &Measurement> {
+        let of_level = self.levels.iter().filter(move |study| study.name == level);
+        of_level.flat_map(|study| &study.measurements).filter(move |m| self.is_fit(&m.picture, m.condition))
+    }
+
+    /// Returns why no picture with features can pass the bound of the DoG error; `None` if one can.
+    pub fn beyond_bound(&self) -> Option<String> {
+        rounding_beyond_bound(&self.design, Bounds::acceptance())
+    }
+
     /// Returns what no check of this study covers, each with the reason.
     pub fn unchecked(&self) -> Vec<String> {
         let mut unchecked: Vec<String> = other_smoother(&self.design).into_iter().collect();
@@ -558,28 +643,7 @@ impl Study {
         if let Some(Hardware { simulation: StepResult::NotRun { reason }, .. }) = self.hardware() {
             unchecked.push(format!("rtl against bit_true: {reason}"));
         }
-        for picture in &self.pictures {
-            let is_fit = |of: &&ConditionStudy| of.comparison.unfit(Bounds::acceptance()).is_none();
-            for of in picture.conditions.iter().filter(is_fit) {
-                let (name, condition) = (&picture.name, of.condition.name);
-                let rms =
-                    of.comparison.scales.iter().map(|scale| scale.interior.reference_rms).fold(f64::INFINITY, f64::min);
-                let scales = &of.comparison.scales;
-                let mut without = Vec::new();
-                if scales.iter().any(|scale| scale.signal_class.is_none()) {
-                    without.push("SQNR and flipped bits");
-                }
-                if scales.iter().any(|scale| scale.features_class.is_none()) {
-                    without.push("feature positions");
-                }
-                if !without.is_empty() {
-                    unchecked.push(format!(
-                        "{} of {name}, {condition}: the contrast, {rms:.0} LSB rms, is below every class",
-                        without.join(", ")
-                    ));
-                }
-            }
-        }
+        unchecked.extend(self.low_contrast.iter().map(LowContrast::to_string));
         unchecked
     }
 }

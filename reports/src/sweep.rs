@@ -7,7 +7,9 @@ use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
 use hoverlock_design::{AutomaticThreshold, DesignPoint, Format};
-use hoverlock_fixed_point::analysis::acceptance::{Comparison, Reference, check_coefficients};
+use hoverlock_fixed_point::analysis::acceptance::{
+    Comparison, Reference, ScaleComparison, check_coefficients, threshold_step,
+};
 use hoverlock_fixed_point::analysis::bounds::{Bounds, Check};
 use hoverlock_fixed_point::analysis::displacement::{self, Motions};
 use hoverlock_fixed_point::analysis::errors::BitKind;
@@ -35,11 +37,11 @@ pub struct Sweep {
     pub parameter: &'static str,
     /// Bits at the design point.
     pub chosen: f64,
-    /// One entry for each word length and condition.
+    /// One entry for each word length and each condition under which a picture is fit to judge it.
     pub points: Vec<SweepPoint>,
 }
 
-/// One word length under one condition: the worst picture of each measure.
+/// One word length under one condition: the worst picture of each measure, of those that are fit to judge it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SweepPoint {
     /// Word length, bits.
@@ -54,6 +56,8 @@ pub struct SweepPoint {
     pub sign_flips_percent: f64,
     /// Features not at the same pixel, percent, on the worst picture and scale.
     pub moved_percent: f64,
+    /// Verilog can be emitted for the design with it.
+    pub buildable: bool,
     /// Resources by the memory model.
     #[serde(flatten)]
     pub resources: Resources,
@@ -68,7 +72,10 @@ pub struct Cost {
     pub bits: f64,
     /// True for the design point, which is listed once.
     pub chosen: bool,
-    /// True on the Pareto front: no other word length is better in error or resources and no worse in the rest.
+    /// Verilog can be emitted for the design with it.
+    pub buildable: bool,
+    /// True on the Pareto front: it can be built, and no other that can be built is better in error or resources and no
+    /// worse in the rest.
     pub front: bool,
     /// Root mean square of the DoG error, LSB of `kt27`, on the worst picture and scale.
     pub dog_rms_lsb: f64,
@@ -101,6 +108,7 @@ pub fn costs(sweeps: &[Sweep]) -> Vec<Cost> {
                     parameter: sweep.parameter,
                     bits: point.bits,
                     chosen,
+                    buildable: point.buildable,
                     front: false,
                     dog_rms_lsb: point.dog_rms_lsb,
                     maxlbp_flips_percent: point.maxlbp_flips_percent,
@@ -115,7 +123,9 @@ pub fn costs(sweeps: &[Sweep]) -> Vec<Cost> {
         let pairs = || objectives(a).into_iter().zip(objectives(b));
         pairs().all(|(a, b)| a <= b) && pairs().any(|(a, b)| a < b)
     };
-    let front: Vec<bool> = costs.iter().map(|cost| !costs.iter().any(|other| dominates(other, cost))).collect();
+    let built = || costs.iter().filter(|cost| cost.buildable);
+    let front: Vec<bool> =
+        costs.iter().map(|cost| cost.buildable && !built().any(|other| dominates(other, cost))).collect();
     costs.iter_mut().zip(front).for_each(|(cost, front)| cost.front = front);
     costs
 }
@@ -153,6 +163,8 @@ struct Variant {
     value: String,
     chosen: bool,
     design: DesignPoint,
+    /// Why no Verilog can be emitted for it; `None` if it can.
+    unbuildable: Option<String>,
     /// `None` if the word has too few bits for valid coefficients.
     levels: Option<Levels>,
     /// The checks that need no picture.
@@ -163,7 +175,8 @@ impl Variant {
     fn new(word: &'static str, bits: f64, value: String, design: DesignPoint, base: &DesignPoint) -> Self {
         let levels = Levels::new(&design).ok();
         let checks = levels.as_ref().map(|levels| check_coefficients(levels, Bounds::acceptance())).unwrap_or_default();
-        Self { word, bits, value, chosen: design == *base, design, levels, checks }
+        let unbuildable = design.check_buildable().err().map(|error| error.to_string());
+        Self { word, bits, value, chosen: design == *base, design, unbuildable, levels, checks }
     }
 
     /// Returns `true` if the value is measured on pictures. One with its own `streaming` is not if a check that needs
@@ -252,7 +265,7 @@ fn measured_as(variants: &[Variant], index: usize) -> usize {
 }
 
 /// The worst picture and scale of each measure, as the checks take them.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 struct Worst {
     dog_rms_lsb: f64,
     maxlbp_flips_percent: f64,
@@ -338,7 +351,9 @@ impl Bench<'_> {
         let measured = variant.levels.as_ref().filter(|_| variant.is_measured());
         for (subject, motions) in self.subjects.iter().zip(self.motions) {
             if let Some(levels) = measured.filter(|_| checks.iter().all(|check| check.pass)) {
-                let own = variant.has_own_streaming().then(|| motions.with_streaming_of(levels, bounds));
+                let is_own =
+                    variant.has_own_streaming() || threshold_step(&variant.design) != threshold_step(self.design);
+                let own = is_own.then(|| motions.with_streaming_of(levels, bounds));
                 let motions = own.as_ref().unwrap_or(motions);
                 if motions.unfit(bounds).is_none() {
                     let place = format!("{}, {}", subject.name, NOMINAL.name);
@@ -369,7 +384,7 @@ impl Bench<'_> {
             command: if variant.chosen { String::new() } else { (self.command)(&changes) },
             changes,
             pass: checks.iter().all(|check| check.pass),
-            unbuildable: variant.design.check_buildable().err().map(|error| error.to_string()),
+            unbuildable: variant.unbuildable.clone(),
             margin: worst.map(|worst| 100.0 * (1.0 - worst.used)),
             worst: worst.cloned(),
             resources: resources(&variant.design),
@@ -399,8 +414,7 @@ fn checks_on_frames(variant: &Variant, index: usize, frames: &[OnFrame]) -> Vec<
     let bounds = Bounds::acceptance();
     let mut checks: Vec<CheckOutcome> = variant.checks.iter().map(|check| CheckOutcome::new(check, None)).collect();
     for (_, place, all) in frames {
-        let fit = all[index].as_ref().filter(|comparison| comparison.unfit(bounds).is_none());
-        let of_frame = fit.map(|comparison| comparison.check(bounds)).unwrap_or_default();
+        let of_frame = fit(all, index).map(|comparison| comparison.check(bounds)).unwrap_or_default();
         checks.extend(of_frame.iter().map(|check| CheckOutcome::new(check, Some(place))));
     }
     if variant.levels.is_none() {
@@ -408,6 +422,11 @@ fn checks_on_frames(variant: &Variant, index: usize, frames: &[OnFrame]) -> Vec<
         checks.push(CheckOutcome::unmeasurable("valid coefficients", reason));
     }
     checks
+}
+
+/// Returns the comparison of a variant on a frame; `None` if it was not measured or the frame is unfit to judge it.
+fn fit(all: &[Option<Comparison>], index: usize) -> Option<&Comparison> {
+    all[index].as_ref().filter(|comparison| comparison.unfit(Bounds::acceptance()).is_none())
 }
 
 /// Returns the sweep of each word that is drawn.
@@ -419,35 +438,52 @@ fn sweeps(variants: &[Variant], frames: &[OnFrame]) -> Vec<Sweep> {
             let chosen = own.map_or(f64::NAN, |own| own.bits);
             sweeps.push(Sweep { parameter: variant.word, chosen, points: Vec::new() });
         }
+        let measured = measured_as(variants, index);
         let point = |condition: Condition| {
-            let mut worst = Worst::default();
             let of_condition = frames.iter().filter(|(of, ..)| *of == condition);
-            let measured = measured_as(variants, index);
-            of_condition
-                .filter_map(|(.., all)| all[measured].as_ref())
-                .for_each(|comparison| worst.include(comparison));
-            worst.point(variant.bits, condition.name, resources(&variant.design))
+            let worst = of_condition.filter_map(|(.., all)| fit(all, measured)).map(Worst::of).reduce(Worst::or)?;
+            Some(worst.point(variant, condition.name))
         };
         if let Some(sweep) = sweeps.last_mut() {
-            sweep.points.extend(CONDITIONS.map(point));
+            sweep.points.extend(CONDITIONS.into_iter().filter_map(point));
         }
     }
     sweeps
 }
 
 impl Worst {
-    fn include(&mut self, comparison: &Comparison) {
-        for scale in &comparison.scales {
-            self.dog_rms_lsb = self.dog_rms_lsb.max(scale.interior.rms);
-            self.moved_percent = self.moved_percent.max(100.0 - scale.kept.same_pixel_percent);
+    fn of(comparison: &Comparison) -> Self {
+        let of_scales =
+            |measure: fn(&ScaleComparison) -> f64| comparison.scales.iter().map(measure).fold(0.0, f64::max);
+        Self {
+            dog_rms_lsb: of_scales(|scale| scale.interior.rms),
+            maxlbp_flips_percent: comparison.flips.percent(BitKind::Maxlbp),
+            sign_flips_percent: comparison.flips.percent(BitKind::Sign),
+            moved_percent: of_scales(|scale| 100.0 - scale.kept.same_pixel_percent),
         }
-        self.maxlbp_flips_percent = self.maxlbp_flips_percent.max(comparison.flips.percent(BitKind::Maxlbp));
-        self.sign_flips_percent = self.sign_flips_percent.max(comparison.flips.percent(BitKind::Sign));
     }
 
-    fn point(&self, bits: f64, condition: &'static str, resources: Resources) -> SweepPoint {
-        let Self { dog_rms_lsb, maxlbp_flips_percent, sign_flips_percent, moved_percent } = *self;
-        SweepPoint { bits, condition, dog_rms_lsb, maxlbp_flips_percent, sign_flips_percent, moved_percent, resources }
+    fn or(self, other: Self) -> Self {
+        Self {
+            dog_rms_lsb: self.dog_rms_lsb.max(other.dog_rms_lsb),
+            maxlbp_flips_percent: self.maxlbp_flips_percent.max(other.maxlbp_flips_percent),
+            sign_flips_percent: self.sign_flips_percent.max(other.sign_flips_percent),
+            moved_percent: self.moved_percent.max(other.moved_percent),
+        }
+    }
+
+    fn point(self, variant: &Variant, condition: &'static str) -> SweepPoint {
+        let Self { dog_rms_lsb, maxlbp_flips_percent, sign_flips_percent, moved_percent } = self;
+        SweepPoint {
+            bits: variant.bits,
+            condition,
+            dog_rms_lsb,
+            maxlbp_flips_percent,
+            sign_flips_percent,
+            moved_percent,
+            buildable: variant.unbuildable.is_none(),
+            resources: resources(&variant.design),
+        }
     }
 }
 

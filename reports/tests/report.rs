@@ -1,12 +1,12 @@
 //! A report from picture to files: page, JSON and JUnit agree, and a format with too few bits fails.
 
-use std::fs;
 use std::sync::LazyLock;
 
 use hoverlock_design::KT27;
 use hoverlock_reference::image::plane::Plane;
+use hoverlock_reports::baseline::{self, Baseline};
 use hoverlock_reports::hardware::{DeviceUtilisation, Hardware, MISMATCHES, ResourceEstimate, Simulated, StepResult};
-use hoverlock_reports::study::{self, Commands, MIN_SIDE, Study, Subject};
+use hoverlock_reports::study::{self, Commands, MIN_SIDE, Stage, Study, Subject, Unfit};
 use hoverlock_reports::sweep::{self, Alternative};
 use hoverlock_reports::{output, page};
 use quick_junit::{Report, TestCaseStatus};
@@ -27,17 +27,109 @@ fn subject(width: usize, height: usize) -> Subject {
 }
 
 fn measured(width: usize, height: usize, change: &str) -> Study {
+    of_subjects(&[subject(width, height)], change)
+}
+
+fn of_subjects(subjects: &[Subject], change: &str) -> Study {
     let design = KT27.with_override(change).unwrap();
     let commands = Commands { typed: "hoverlock report blobs.png", changed: &|changes| changes.join(" ") };
-    study::run(&[subject(width, height)], &design, &commands, &|_| ()).unwrap()
+    study::run(subjects, &design, &commands, &|_| ()).unwrap()
 }
 
 static FULL: LazyLock<Study> = LazyLock::new(|| measured(440, 400, "dog_bits=15"));
+
+/// The picture of [`FULL`], and one with too few features.
+static WITH_UNFIT: LazyLock<Study> = LazyLock::new(|| {
+    let unfit = Subject { name: "unfit".into(), ..subject(MIN_SIDE, MIN_SIDE) };
+    of_subjects(&[subject(440, 400), unfit], "dog_bits=15")
+});
+
+/// Returns the skipped test cases of a study: class and name.
+fn skipped(study: &Study) -> Vec<(String, String)> {
+    let junit = Report::deserialize_from_str(&output::junit(study).unwrap()).unwrap();
+    let cases = junit.test_suites.iter().flat_map(|suite| &suite.test_cases);
+    let skipped = cases.filter(|case| matches!(case.status, TestCaseStatus::Skipped { .. }));
+    skipped.map(|case| (case.classname.as_ref().unwrap().as_str().to_owned(), case.name.as_str().to_owned())).collect()
+}
 
 #[test]
 fn the_design_point_passes_every_check() {
     let failed: Vec<_> = FULL.bounds.iter().filter(|row| !row.check.pass).collect();
     assert!(FULL.pass && failed.is_empty(), "{failed:?}");
+}
+
+#[test]
+fn a_picture_that_judges_nothing_is_not_counted() {
+    let mut study = WITH_UNFIT.clone();
+    let refused = Unfit { picture: "flat.png".into(), condition: None, reason: "every pixel is 7".into() };
+    study.add_refused(vec![refused]);
+    assert_eq!((study.judges(), study.pictures_given), (vec!["blobs & <co>"], 3));
+    assert_eq!(study.bounds, FULL.bounds);
+    assert!(page::html(&study).unwrap().contains(": 1 of 3 pictures × 3 conditions"));
+    let fit = "fit to judge a design".to_owned();
+    let of_unfit = ["unfit, nominal", "unfit, combined", "unfit, fog", "unfit", "flat.png"];
+    let skipped = skipped(&study);
+    for class in of_unfit {
+        assert!(skipped.contains(&(class.to_owned(), fit.clone())), "{class}: {skipped:?}");
+    }
+    // What it measures is in no curve and no result at the head of the page.
+    assert_eq!((&study.sweeps, &study.costs), (&FULL.sweeps, &FULL.costs));
+    let levels = study.levels.iter_mut().flat_map(|level| &mut level.measurements);
+    levels.filter(|of| of.picture == "unfit").for_each(|of| of.error.rms = 1234.0);
+    let html = page::html(&study).unwrap();
+    assert!(!html.contains("<b>1234</b>") && !html.contains("DoG 1234 LSB rms"));
+}
+
+#[test]
+fn checks_that_are_left_out_for_want_of_contrast_are_stated() {
+    assert!(FULL.low_contrast.is_empty(), "{:?}", FULL.low_contrast);
+    let mut faint = subject(440, 400);
+    faint.frame = faint.frame.map(|dn| 30_000 + dn / 150);
+    let study = of_subjects(&[faint], "dog_bits=15");
+    let fog = study.low_contrast.iter().find(|of| of.condition == "fog").expect("it has hardly any contrast");
+    assert!(fog.checks.contains(&"DoG SQNR") && fog.rms_lsb < 80.0, "{fog:?}");
+    assert!(study.unchecked().contains(&fog.to_string()));
+    let json: Value = serde_json::from_str(&output::json(&study).unwrap()).unwrap();
+    assert_eq!(json["low_contrast"].as_array().map(Vec::len), Some(study.low_contrast.len()));
+    let of_fog = ("blobs & <co>, fog".to_owned(), "DoG SQNR".to_owned());
+    assert!(skipped(&study).contains(&of_fog), "{:?}", skipped(&study));
+}
+
+/// The LSB of this state is 64 DN, 256 of those of the default design.
+#[test]
+fn errors_of_the_smoothers_are_in_the_lsb_of_the_state() {
+    let study = measured(120, 110, "pixel=u8.0");
+    let of_stages = study.chains.iter().flat_map(|chain| &chain.stages);
+    assert!(of_stages.clone().count() > 40 && of_stages.clone().all(|stage| stage.rms_lsb < 2.0), "{:?}", study.chains);
+    assert!(of_stages.clone().any(|stage| stage.rms_lsb > 0.2), "{:?}", study.chains);
+    let measured = study.levels.iter().flat_map(|level| &level.measurements);
+    for of in measured {
+        let lsb = if matches!(of.stage, Stage::Smoothed(_)) { 64.0 } else { 0.5 };
+        assert_eq!(of.lsb_dn, lsb, "{:?}", of.stage);
+    }
+}
+
+#[test]
+fn a_design_that_rounds_beyond_the_bound_is_told_so() {
+    assert_eq!(FULL.beyond_bound(), None);
+    let coarse = measured(MIN_SIDE, MIN_SIDE, "dog_bits=11");
+    let reason = coarse.beyond_bound().unwrap();
+    assert!(reason.contains("dog_bits = 11") && reason.contains("4.6 LSB rms"), "{reason}");
+    assert!(page::html(&coarse).unwrap().contains("dog_bits = 11: the bound of the DoG error"));
+}
+
+#[test]
+fn a_baseline_of_another_picture_of_the_same_name_is_stated() {
+    let text = output::json(&FULL).unwrap();
+    let same = Baseline::parse(&text).unwrap().compare(&FULL);
+    assert_eq!(same.other_inputs, [""; 0]);
+    let (picture, bounds) = (&FULL.pictures[0].sha256, &FULL.provenance.bounds_sha256);
+    let other = text.replace(picture.as_str(), &"0".repeat(64)).replace(bounds.as_str(), &"1".repeat(64));
+    let compared = Baseline::parse(&other).unwrap().compare(&FULL);
+    let [of_bounds, of_picture] = &compared.other_inputs[..] else { panic!("{:?}", compared.other_inputs) };
+    assert!(of_bounds.starts_with("bounds.toml: sha256 111111111111 before, "), "{of_bounds}");
+    assert!(of_picture.starts_with("blobs & <co>: sha256 000000000000 before, "), "{of_picture}");
+    assert!(baseline::html(&compared).unwrap().contains("sha256 000000000000 before"));
 }
 
 #[test]
@@ -260,16 +352,19 @@ fn the_pareto_front_has_no_dominated_word_length() {
     let costs = &FULL.costs;
     // 5 of the state, 6 of the coefficients, 7 of the DoG, less invalid ones; the design point counts once.
     assert!(costs.len() <= 16 && costs.iter().filter(|cost| cost.chosen).count() == 1);
+    // A state of 19 bits has the least error, and no Verilog.
+    assert!(costs.iter().any(|cost| !cost.buildable) && costs.iter().all(|cost| cost.buildable || !cost.front));
+    let built: Vec<_> = costs.iter().filter(|cost| cost.buildable).collect();
     for cost in costs {
-        let dominated = costs.iter().any(|other| {
+        let dominated = built.iter().any(|other| {
             other.dog_rms_lsb < cost.dog_rms_lsb
                 && other.resources.m10k <= cost.resources.m10k
                 && other.resources.mul18 <= cost.resources.mul18
         });
         assert!(!(dominated && cost.front), "{cost:?}");
     }
-    // The word length with the least error is on the front.
-    let least = costs.iter().min_by(|a, b| a.dog_rms_lsb.total_cmp(&b.dog_rms_lsb)).unwrap();
+    // The word length with the least error that can be built is on the front.
+    let least = built.iter().min_by(|a, b| a.dog_rms_lsb.total_cmp(&b.dog_rms_lsb)).unwrap();
     assert!(least.front, "{least:?}");
 }
 
@@ -361,15 +456,8 @@ fn the_smallest_picture_gives_equal_reports_twice_and_judges_nothing() {
 }
 
 #[test]
-fn all_files_are_written_or_none() {
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().join("a/b");
-    output::prepare(&out).unwrap();
-    output::write(&FULL, &out).unwrap();
-    let mut names: Vec<_> = fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().file_name()).collect();
-    names.sort();
-    assert_eq!(names, [output::TABLE, output::PAGE, output::TESTS, output::NUMBERS]);
-    let file = folder.path().join("file");
-    fs::write(&file, "").unwrap();
-    assert!(matches!(output::prepare(&file.join("under")), Err(output::OutputError::Write { .. })));
+fn a_report_has_four_files() {
+    let files = output::files(&FULL).unwrap();
+    assert_eq!(files.each_ref().map(|(name, _)| *name), [output::PAGE, output::NUMBERS, output::TABLE, output::TESTS]);
+    assert!(files.iter().all(|(_, content)| !content.is_empty()));
 }

@@ -258,7 +258,7 @@ pub struct MissionPoint {
     pub error_cm: Option<f64>,
     /// The flight that fails, and what it does not keep.
     pub failure: Option<String>,
-    /// The checks of the report; `None` if they were not measured.
+    /// The checks of the report; `None` if they were not measured, or if no frame is fit to judge the design.
     pub features: Option<Features>,
 }
 

@@ -81,16 +81,15 @@ fn status(status: Flown) -> &'static str {
 /// Returns the best design as a design file for `--design`; `None` if no design keeps the budget.
 pub fn best(mission: &Mission, command: &str) -> Option<String> {
     let best = mission.best()?;
-    let one_line = |text: &str| text.replace(|c: char| c.is_control(), " ");
     let scenes: Vec<&str> = mission.scenes.iter().map(|scene| scene.name.as_str()).collect();
     let mut heading = vec![
-        format!("Found by: {}", one_line(command)),
+        format!("Found by: {command}"),
         format!("Changes: {}", best.name),
         format!(
             "It keeps within {:.1} cm rms of its target on {} simulated flights over {}; the furthest has {:.1} cm.",
             100.0 * mission.budget.rms_m,
             best.flights,
-            one_line(&scenes.join(", ")),
+            scenes.join(", "),
             best.worst_cm.unwrap_or_default()
         ),
         format!(
@@ -98,6 +97,6 @@ pub fn best(mission: &Mission, command: &str) -> Option<String> {
             best.resources.m10k, best.resources.dsp, best.resources.alm
         ),
     ];
-    heading.extend(mission.binding_in_words().map(|text| one_line(&format!("{text}."))));
+    heading.extend(mission.binding_in_words().map(|text| format!("{text}.")));
     Some(best.design.to_file(&heading))
 }

@@ -1,7 +1,7 @@
 //! The page of a search: centimetres against memory, and the verdicts of both bounds.
 
 use hoverlock_reports::page::{PageError, SCRIPT, STYLE, environment, value};
-use hoverlock_reports::plot::{Axis, BLUE, Chart, GREEN, Mark, ORANGE, PlotError, RED, Rule, Series, VIOLET};
+use hoverlock_reports::plot::{Axis, BLUE, Chart, GREEN, GREY, Mark, ORANGE, PlotError, RED, Rule, Series, VIOLET};
 use hoverlock_reports::provenance::COMMIT;
 use minijinja::context;
 use serde::Serialize;
@@ -89,21 +89,15 @@ fn chart(mission: &Mission, title: &str, of: &dyn Fn(&MissionPoint) -> Option<f6
     let room = (0.05 * (most - least)).max(2.0);
     let line = |name: &str, colour, mark, points| Series { name: name.into(), colour, mark, points };
     let same = |one: Option<&MissionPoint>, point: &MissionPoint| one.is_some_and(|one| one.name == point.name);
-    let passes = |point: &MissionPoint| point.features.as_ref().is_some_and(|features| features.pass);
+    let passes = |point: &MissionPoint| point.features.as_ref().map(|features| features.pass);
+    let keeps = |verdict: Option<bool>| {
+        points(&|point: &MissionPoint| point.status != Flown::Fails && passes(point) == verdict)
+    };
     let series = vec![
         line("fails a flight", ORANGE, Mark::Crosses(4), points(&|point| point.status == Flown::Fails)),
-        line(
-            "keeps the budget, fails the features' checks",
-            VIOLET,
-            Mark::Dots(4),
-            points(&|point| point.status != Flown::Fails && !passes(point)),
-        ),
-        line(
-            "keeps the budget, passes the features' checks",
-            BLUE,
-            Mark::Dots(4),
-            points(&|point| point.status != Flown::Fails && passes(point)),
-        ),
+        line("keeps the budget, features' checks not made", GREY, Mark::Dots(4), keeps(None)),
+        line("keeps the budget, fails the features' checks", VIOLET, Mark::Dots(4), keeps(Some(false))),
+        line("keeps the budget, passes the features' checks", BLUE, Mark::Dots(4), keeps(Some(true))),
         line("base", GREEN, Mark::Ring(8), points(&|point| same(mission.base(), point))),
         line("best", RED, Mark::Ring(11), points(&|point| same(mission.best(), point))),
     ];

@@ -373,9 +373,10 @@ impl<E: From<CoefficientError> + Send> Search<'_, E> {
                 }
             }
             for index in designs.into_iter().filter(|_| complete) {
+                // Without a part that is fit to judge it, nothing is known beside the coefficients.
+                let Some(closest) = closest[index].take().map(|outcome| outcome.worst) else { continue };
                 let of_coefficients = self.designs[index].candidate.closest.clone();
-                let closest = closest[index].take().map(|outcome| outcome.worst);
-                let worst = closest.into_iter().chain(of_coefficients).max_by(|a, b| a.used.total_cmp(&b.used));
+                let worst = of_coefficients.into_iter().chain([closest]).max_by(|a, b| a.used.total_cmp(&b.used));
                 if found[index].is_none() {
                     found[index] = worst.map(|check| Features { pass: true, check });
                 }
@@ -562,6 +563,15 @@ mod tests {
         let (again, flights) = searched(&kept, &mut Known::default(), 10.0, 3600);
         assert_eq!((flights, again.restored), (0, found.flown));
         assert_eq!(again.points, found.points);
+    }
+
+    /// There is no frame here, so there is none that is fit: coefficients that pass alone are no verdict.
+    #[test]
+    fn without_a_frame_that_is_fit_no_design_passes_the_checks_of_the_features() {
+        let (found, _) = searched(&Known::default(), &mut Known::default(), 10.0, 0);
+        let of_base = found.base().unwrap().features.as_ref();
+        assert_eq!((of_base, found.binding, found.verdicts.both), (None, None, 0));
+        assert!(found.points.iter().all(|point| !point.features.as_ref().is_some_and(|features| features.pass)));
     }
 
     #[test]

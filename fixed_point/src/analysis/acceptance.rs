@@ -2,9 +2,12 @@
 //!
 //! Errors are those of the signed response `sign_k * DOG_k`, in LSB of the DoG at the design point, `FS / 2^17`. A
 //! design with a coarser DoG is measured in the same LSB. The threshold `T_k` is the response of a given rank in
-//! `streaming`, rounded to an LSB, and is the same for both levels. The integer `T` represents responses from `T - 1/2`
-//! on, so `streaming` is thresholded at `T - 1/2`. Otherwise `bit_true` would have more features because of the
-//! threshold alone.
+//! `streaming`, rounded to a step, and is the same for both levels. The step is an LSB of the design's DoG, or of the
+//! default design's if that is coarser: [`threshold_step`]. The integer that is `T` represents responses from half a
+//! step below it on, so `streaming` is thresholded there. Otherwise the two levels would have different features
+//! because of the threshold alone.
+
+use std::borrow::Cow;
 
 use hoverlock_reference::features::dog::Dog;
 use hoverlock_reference::features::extractor;
@@ -15,9 +18,15 @@ use hoverlock_reference::image::plane::Plane;
 use serde::Serialize;
 
 use crate::analysis::bounds::{Bounds, Check, Class, Sense};
-use crate::analysis::errors::{BitKind, ErrorStatistics, Flips, Kept, Region, threshold_of_rank};
+use crate::analysis::errors::{BitKind, ErrorStatistics, Flips, Kept, Region, response_of_rank, round_threshold};
 use crate::analysis::levels::{Level, LevelPlanes, Levels};
-use hoverlock_design::KT27;
+use hoverlock_design::{DesignPoint, KT27};
+
+const SQNR: &str = "DoG SQNR";
+const MAXLBP_FLIPS: &str = "MaxLBP bits flipped";
+const SIGN_FLIPS: &str = "sign bits flipped";
+const SAME_PIXEL: &str = "features at the same pixel";
+const WITHIN_ONE_PX: &str = "features within 1 px";
 
 /// One scale pair of one frame.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -50,6 +59,25 @@ pub fn dog_lsb() -> f64 {
     KT27.dog().lsb()
 }
 
+/// Returns the step that the thresholds of a design are rounded to, DN: the coarser LSB of its DoG and the default one.
+pub fn threshold_step(design: &DesignPoint) -> f64 {
+    design.dog().lsb().max(dog_lsb())
+}
+
+/// Returns why no picture with features can pass the bound of the DoG error, which is in the LSB of the default design
+/// for every design: the DoG is so coarse that its rounding alone, `q / sqrt(12)`, is beyond it. `None` if it is not.
+pub fn rounding_beyond_bound(design: &DesignPoint, bounds: &Bounds) -> Option<String> {
+    let (rounding, limit) = (design.dog().lsb() / dog_lsb() / 12f64.sqrt(), bounds.dog.rms_lsb);
+    (rounding > limit).then(|| {
+        format!(
+            "dog_bits = {}: the bound of the DoG error, {limit} LSB rms of {} DN for every design, is below this \
+             format's own rounding, {rounding:.1} LSB rms; give dog_bits more bits, or judge it by the other bounds",
+            design.dog_bits,
+            dog_lsb()
+        )
+    })
+}
+
 /// Returns the signed response of a scale pair, `sign_k * DOG_k`, DN.
 pub fn response(planes: &LevelPlanes, scale: usize) -> Plane<f64> {
     planes.dog[scale].zip_map(&planes.signed_dog[scale], |magnitude, d| magnitude.copysign(*d))
@@ -60,47 +88,72 @@ pub fn response(planes: &LevelPlanes, scale: usize) -> Plane<f64> {
 pub struct Reference {
     layers: Vec<Layer<f64>>,
     responses: Vec<Plane<f64>>,
-    thresholds: Vec<f64>,
-    features: Vec<Feature>,
+    /// Response of the rank of each scale pair, DN.
+    of_rank: Vec<f64>,
+    selected: Selected,
+}
+
+/// The thresholds for one step, and the features of `streaming` that they select.
+#[derive(Debug, Clone)]
+pub struct Selected {
+    /// The step of the thresholds, DN.
+    step: f64,
+    /// `T_k` of all scale pairs, DN.
+    pub thresholds: Vec<f64>,
+    /// The features of `streaming` from half a step below `T_k` on, in order.
+    pub features: Vec<Feature>,
+}
+
+impl Selected {
+    fn new(layers: &[Layer<f64>], of_rank: &[f64], step: f64) -> Self {
+        let thresholds: Vec<_> = of_rank.iter().map(|response| round_threshold(*response, step)).collect();
+        let just_below: Vec<_> = thresholds.iter().map(|t| t - step / 2.0).collect();
+        Self { step, features: extractor::features(layers, &just_below, 1.0), thresholds }
+    }
 }
 
 impl Reference {
-    /// Determines the common thresholds, and the features above them, from the planes of `streaming`.
+    /// Determines the responses of the rank, and the features of the default step, from the planes of `streaming`.
     pub fn of(planes: LevelPlanes, bounds: &Bounds) -> Self {
-        let lsb = dog_lsb();
         let (layers, responses) = planes.into_layers();
-        let threshold = |layer: &Layer<f64>| {
+        let of_rank = |layer: &Layer<f64>| {
             let magnitude = &layer.dog.magnitude;
-            let all = maxima(magnitude, lsb).into_iter().map(|at| magnitude[at]).collect();
-            threshold_of_rank(all, bounds.features.rank, lsb)
+            let all = maxima(magnitude, dog_lsb()).into_iter().map(|at| magnitude[at]).collect();
+            response_of_rank(all, bounds.features.rank)
         };
-        let thresholds: Vec<_> = layers.iter().map(threshold).collect();
-        let just_below: Vec<_> = thresholds.iter().map(|t| t - lsb / 2.0).collect();
-        let features = extractor::features(&layers, &just_below, 1.0);
-        Self { layers, responses, thresholds, features }
+        let of_rank: Vec<_> = layers.iter().map(of_rank).collect();
+        let selected = Selected::new(&layers, &of_rank, dog_lsb());
+        Self { layers, responses, of_rank, selected }
     }
 
-    /// Returns `T_k` of all scale pairs, DN.
-    pub fn thresholds(&self) -> &[f64] {
-        &self.thresholds
-    }
-
-    /// Returns the features of `streaming` above `T_k`, in order.
+    /// Returns the features of `streaming` for thresholds in the LSB of the default design, in order.
     pub fn features(&self) -> &[Feature] {
-        &self.features
+        &self.selected.features
     }
 
-    /// Compares the planes of another level; `None` where the frame is too small to have an interior.
-    pub fn compare(&self, test: &LevelPlanes, bounds: &Bounds) -> Option<Comparison> {
-        let layers = test.layers();
-        let features = extractor::features(&layers, &self.thresholds, 1.0);
-        self.compare_layers(&layers, &features, |k| response(test, k), bounds)
+    /// Returns thresholds and features for a design: see [`threshold_step`].
+    pub fn selected(&self, design: &DesignPoint) -> Cow<'_, Selected> {
+        let step = threshold_step(design);
+        if step == self.selected.step {
+            Cow::Borrowed(&self.selected)
+        } else {
+            Cow::Owned(Selected::new(&self.layers, &self.of_rank, step))
+        }
+    }
+
+    /// Compares the planes of another level with the thresholds of a design; `None` where the frame is too small to
+    /// have an interior.
+    pub fn compare(&self, test: &LevelPlanes, design: &DesignPoint, bounds: &Bounds) -> Option<Comparison> {
+        let (layers, selected) = (test.layers(), self.selected(design));
+        let features = extractor::features(&layers, &selected.thresholds, 1.0);
+        self.compare_layers(&layers, &features, &selected, |k| response(test, k), bounds)
     }
 
     /// Compares `bit_true` of a design on the same frame: what [`Reference::compare`] returns for its planes, computed
     /// from the integers, of which only the responses are converted to DN.
     pub fn compare_bit_true(&self, levels: &Levels, frame: &Plane<u16>, bounds: &Bounds) -> Option<Comparison> {
-        let (planes, features) = levels.bit_true_frame(frame, &self.thresholds);
+        let selected = self.selected(levels.design());
+        let (planes, features) = levels.bit_true_frame(frame, &selected.thresholds);
         let lsb = levels.design().dog().lsb();
         let response = |k: usize| {
             let Dog { magnitude, positive } = &planes.layers[k].dog;
@@ -109,7 +162,7 @@ impl Reference {
                 if *positive { dn } else { -dn }
             })
         };
-        self.compare_layers(&planes.layers, &features, response, bounds)
+        self.compare_layers(&planes.layers, &features, &selected, response, bounds)
     }
 
     /// Compares another level by its layers in any unit, its features, and its responses, DN.
@@ -117,21 +170,22 @@ impl Reference {
         &self,
         layers: &[Layer<T>],
         features: &[Feature],
+        selected: &Selected,
         response: impl Fn(usize) -> Plane<f64>,
         bounds: &Bounds,
     ) -> Option<Comparison> {
         let lsb = dog_lsb();
-        let flips = Flips::between(&self.layers, layers, &self.features, lsb);
+        let flips = Flips::between(&self.layers, layers, &selected.features, lsb);
         let scale = |k: usize| {
             let (wanted, measured) = (&self.responses[k], &response(k));
             let interior = ErrorStatistics::between(wanted, measured, lsb, bounds.interior)?;
             Some(ScaleComparison {
                 signal_class: bounds.class.signal.class(interior.reference_rms),
                 features_class: bounds.class.features.class(interior.reference_rms),
-                threshold_lsb: self.thresholds[k] / lsb,
+                threshold_lsb: selected.thresholds[k] / lsb,
                 interior,
                 whole_frame: ErrorStatistics::between(wanted, measured, lsb, Region::WHOLE)?,
-                kept: Kept::between(&self.features, features, k as u8),
+                kept: Kept::between(&selected.features, features, k as u8),
             })
         };
         Some(Comparison { scales: (0..self.layers.len()).map(scale).collect::<Option<_>>()?, flips })
@@ -142,6 +196,12 @@ impl Comparison {
     /// Compares `bit_true` with `streaming` on a frame; `None` where the frame is too small to have an interior.
     pub fn of_frame(levels: &Levels, frame: &Plane<u16>, bounds: &Bounds) -> Option<Self> {
         Reference::of(levels.planes(Level::Streaming, frame), bounds).compare_bit_true(levels, frame, bounds)
+    }
+
+    /// Returns the rms of the `streaming` DoG of the scale with the lowest contrast, LSB. Flips are counted over all
+    /// scales, so it selects their class.
+    pub fn lowest_rms_lsb(&self) -> f64 {
+        self.scales.iter().map(|scale| scale.interior.reference_rms).fold(f64::INFINITY, f64::min)
     }
 
     /// Returns the scales over which flips are counted, in words.
@@ -163,6 +223,19 @@ impl Comparison {
         })
     }
 
+    /// Returns the names of the checks that are left out on a scale pair at least, because its contrast is below every
+    /// class.
+    pub fn below_every_class(&self) -> Vec<&'static str> {
+        let mut left_out = Vec::new();
+        if self.scales.iter().any(|scale| scale.signal_class.is_none()) {
+            left_out.extend([SQNR, MAXLBP_FLIPS, SIGN_FLIPS]);
+        }
+        if self.scales.iter().any(|scale| scale.features_class.is_none()) {
+            left_out.extend([SAME_PIXEL, WITHIN_ONE_PX]);
+        }
+        left_out
+    }
+
     /// Checks every bound that applies. Each check is that of the worst scale pair.
     pub fn check(&self, bounds: &Bounds) -> Vec<Check> {
         let worse = |check: &dyn Fn(usize, &ScaleComparison) -> Option<Check>| {
@@ -174,9 +247,7 @@ impl Comparison {
             |k: usize, error: &ErrorStatistics| format!("scale {k} at {}, {}", error.max_at.0, error.max_at.1);
         let at_scale = |k: usize| format!("scale {k}");
         let column = |class: Option<Class>| class.map(|class| bounds.column(class));
-        // Flips are counted over all scales, so the scale of lower contrast selects the class.
-        let lowest = self.scales.iter().map(|scale| scale.interior.reference_rms).fold(f64::INFINITY, f64::min);
-        let bits = column(bounds.class.signal.class(lowest));
+        let bits = column(bounds.class.signal.class(self.lowest_rms_lsb()));
         let at_most = |name, unit, limit, measured, location| {
             Some(Check::new(name, unit, Sense::AtMost, limit, measured, location))
         };
@@ -193,27 +264,27 @@ impl Comparison {
             worse(&|k, scale| {
                 let limit = column(scale.signal_class)?.sqnr_db;
                 let measured = scale.interior.sqnr_db;
-                Some(Check::new("DoG SQNR", "dB", Sense::AtLeastDecibel, limit, measured, at_scale(k)))
+                Some(Check::new(SQNR, "dB", Sense::AtLeastDecibel, limit, measured, at_scale(k)))
             }),
             bits.and_then(|column| {
                 let measured = self.flips.percent(BitKind::Maxlbp);
-                at_most("MaxLBP bits flipped", "%", column.maxlbp_flips_percent, measured, self.scales_name().into())
+                at_most(MAXLBP_FLIPS, "%", column.maxlbp_flips_percent, measured, self.scales_name().into())
             }),
             bits.and_then(|column| {
                 let measured = self.flips.percent(BitKind::Sign);
-                at_most("sign bits flipped", "%", column.sign_flips_percent, measured, self.scales_name().into())
+                at_most(SIGN_FLIPS, "%", column.sign_flips_percent, measured, self.scales_name().into())
             }),
             worse(&|k, scale| {
                 let (limit, measured) =
                     (column(scale.features_class)?.same_pixel_percent, scale.kept.same_pixel_percent);
                 let sense = Sense::AtLeastPercent;
-                Some(Check::new("features at the same pixel", "%", sense, limit, measured, at_scale(k)))
+                Some(Check::new(SAME_PIXEL, "%", sense, limit, measured, at_scale(k)))
             }),
             worse(&|k, scale| {
                 let (limit, measured) =
                     (column(scale.features_class)?.within_one_px_percent, scale.kept.within_one_px_percent);
                 let sense = Sense::AtLeastPercent;
-                Some(Check::new("features within 1 px", "%", sense, limit, measured, at_scale(k)))
+                Some(Check::new(WITHIN_ONE_PX, "%", sense, limit, measured, at_scale(k)))
             }),
         ]
         .into_iter()

@@ -22,7 +22,7 @@ use hoverlock_reference::motion::estimator::Estimator;
 use hoverlock_reference::motion::model::{Model, transfer};
 use hoverlock_reference::motion::ransac::Ransac;
 
-use crate::analysis::acceptance::Reference;
+use crate::analysis::acceptance::{Reference, Selected};
 use crate::analysis::bounds::{Bounds, Check, Sense};
 use crate::analysis::levels::{Level, Levels};
 
@@ -53,7 +53,8 @@ pub struct Found {
 }
 
 /// A picture before and after known motions, with the features and estimates of `streaming`. They are the same for
-/// every design that differs in word lengths alone.
+/// every design that differs in word lengths alone and has the same step of thresholds,
+/// [`threshold_step`](crate::analysis::acceptance::threshold_step).
 #[derive(Debug, Clone)]
 pub struct Motions {
     before: View,
@@ -80,7 +81,8 @@ struct Moved {
 impl View {
     fn new(levels: &Levels, frame: Arc<Plane<u16>>, bounds: &Bounds) -> Self {
         let reference = Reference::of(levels.planes(Level::Streaming, &frame), bounds);
-        Self { frame, thresholds: reference.thresholds().to_vec(), features: reference.features().to_vec() }
+        let Selected { thresholds, features, .. } = reference.selected(levels.design()).into_owned();
+        Self { frame, thresholds, features }
     }
 
     fn bit_true(&self, levels: &Levels) -> Vec<Feature> {

@@ -141,12 +141,15 @@ impl ErrorStatistics {
     }
 }
 
-/// Returns the threshold `T` of one scale: the given rank among the responses of its features, rounded to an LSB, at
-/// least one LSB. With fewer features than `rank` it is one LSB.
-pub fn threshold_of_rank(mut responses: Vec<f64>, rank: usize, lsb: f64) -> f64 {
+/// Returns the response of the given rank among those of the features of one scale; 0 with fewer features than `rank`.
+pub fn response_of_rank(mut responses: Vec<f64>, rank: usize) -> f64 {
     responses.sort_unstable_by(|a, b| b.total_cmp(a));
-    let response = rank.checked_sub(1).and_then(|position| responses.get(position)).copied().unwrap_or(0.0);
-    lsb * (response / lsb).round().max(1.0)
+    rank.checked_sub(1).and_then(|position| responses.get(position)).copied().unwrap_or(0.0)
+}
+
+/// Returns a response rounded to a whole number of steps, at least one: the threshold `T` of a scale.
+pub fn round_threshold(response: f64, step: f64) -> f64 {
+    step * (response / step).round().max(1.0)
 }
 
 /// How a feature differs between two levels.
@@ -392,10 +395,10 @@ mod tests {
     #[test]
     fn threshold_is_the_response_of_the_rank() {
         let responses: Vec<f64> = (1..=10).map(|i| f64::from(i) + 0.3).collect();
-        // Third strongest is 8.3, in halves 8.5; the eleventh is missing, so one LSB.
-        assert_eq!(threshold_of_rank(responses.clone(), 3, 0.5), 8.5);
-        assert_eq!(threshold_of_rank(responses, 11, 0.5), 0.5);
-        assert_eq!(threshold_of_rank(Vec::new(), 3, 0.5), 0.5);
+        // Third strongest is 8.3, in halves 8.5; the eleventh is missing, so one step.
+        assert_eq!(round_threshold(response_of_rank(responses.clone(), 3), 0.5), 8.5);
+        assert_eq!(round_threshold(response_of_rank(responses, 11), 0.5), 0.5);
+        assert_eq!(round_threshold(response_of_rank(Vec::new(), 3), 4.0), 4.0);
     }
 
     #[test]

@@ -303,8 +303,7 @@ impl Levels {
     /// threshold has no features.
     pub fn bit_true_frame(&self, pixels: &Plane<u16>, thresholds: &[f64]) -> (Planes, Vec<Feature>) {
         let lsb = self.design.dog().lsb();
-        // A response is a whole number of LSB.
-        let thresholds: Vec<u32> = thresholds.iter().map(|dn| (dn / lsb).ceil() as u32).collect();
+        let thresholds = raw_thresholds(&self.design, thresholds);
         let in_dn = |records: &[FeatureRecord]| records.iter().map(|record| record.feature(lsb)).collect();
         if let Ok(mut simd) = SimdBitTrue::new(&self.design) {
             let features = in_dn(simd.frame(&camera_samples(&self.design, pixels), &thresholds));
@@ -368,6 +367,13 @@ impl Levels {
     fn per_smoother<T: Send>(&self, make: impl Fn(usize) -> T + Send + Sync) -> Vec<T> {
         (0..self.design.smoothers()).into_par_iter().map(make).collect()
     }
+}
+
+/// Converts thresholds from DN to the raw integers of a design's DoG, within its range: the least response that is not
+/// below the threshold.
+pub fn raw_thresholds(design: &DesignPoint, thresholds: &[f64]) -> Vec<u32> {
+    let lsb = design.dog().lsb();
+    thresholds.iter().map(|dn| ((dn / lsb).ceil() as u32).clamp(1, design.max_dog())).collect()
 }
 
 /// A filter that smooths whole frames.

@@ -5,8 +5,9 @@
 //! so a search among designs and a report use the model. A memory of `1024` words is
 //! `ceil(width / 10)` blocks, of `512` words `ceil(width / 20)`; [`blocks`] has the rule. A memory of up to 32 words is
 //! in logic (MLAB), unless it fills a twentieth of a block; then Yosys uses a block. One lerp is one multiplier,
-//! `|q - p|` times a coefficient, unsigned: 18x18 where both have at most 18 bits, two of which share a DSP block, else
-//! 27x27, which takes a block and counts as two (tried in Yosys: 19 and 20 by 16; 18 by 28, which takes two of 18x18).
+//! `|q - p|` times a coefficient, unsigned: 9x9 where both have at most 9 bits, three of which share a DSP block and
+//! count as two; 18x18 where both have at most 18 bits, two of which share a block; else 27x27, which takes a block and
+//! counts as two (tried in Yosys: 9 by 9; 19 and 20 by 16; 18 by 28, which takes two of 18x18).
 //!
 //! The model is in this crate because it depends on the word lengths only, and the report must not depend on the RTL
 //! crate. A test of the synthesis crate compares it with Yosys, memory by memory.
@@ -37,9 +38,9 @@ pub struct Resources {
     pub m10k: u64,
     /// Adaptive logic modules, about: see [`alm`].
     pub alm: u64,
-    /// Multipliers in units of 18 x 18; one of 27 x 27 counts as two.
+    /// Multipliers in units of 18 x 18; one of 27 x 27 counts as two, three of 9 x 9 count as two.
     pub mul18: u64,
-    /// DSP blocks, each with two 18 x 18 multipliers.
+    /// DSP blocks, each with three 9 x 9 multipliers, two 18 x 18 or one 27 x 27.
     pub dsp: u64,
 }
 
@@ -139,14 +140,16 @@ pub fn resources(design: &DesignPoint) -> Resources {
     let lerps: u64 = design.look_ahead.iter().map(|m| 2 + 3 * u64::from(*m)).sum();
     let m10k = memories(design).iter().map(|memory| memory.count * blocks(memory.words, memory.width)).sum();
     let (state, coefficient) = (design.state.bits(), design.coefficient.bits());
+    // Sixths of a DSP block.
     let each = match (state, coefficient) {
-        (..=18, ..=18) => 1,
+        (..=9, ..=9) => 2,
+        (..=18, ..=18) => 3,
         // One of 27x27, or two of 18x18 side by side.
-        (..=18, _) | (..=27, ..=27) => 2,
-        (..=27, _) => 3,
-        _ => 4,
+        (..=18, _) | (..=27, ..=27) => 6,
+        (..=27, _) => 9,
+        _ => 12,
     };
-    Resources { m10k, alm: alm(design), mul18: each * lerps, dsp: (each * lerps).div_ceil(2) }
+    Resources { m10k, alm: alm(design), mul18: (each * lerps).div_ceil(3), dsp: (each * lerps).div_ceil(6) }
 }
 
 #[cfg(test)]
@@ -201,6 +204,12 @@ mod tests {
         // Coefficients lie in no memory, and up to 18 bits fit the multiplier.
         let memory = |of: Resources| (of.m10k, of.mul18, of.dsp);
         assert_eq!([of("coefficient=u0.8"), of("coefficient=u0.18")].map(memory), [memory(chosen); 2]);
+        // Of 9 by 9 bits three share a block, and of 9 by 10 two.
+        let narrow = |coefficient: &str| {
+            let of = resources(&KT27.with_overrides(["pixel=u8.0", "state=u8.1", coefficient]).unwrap());
+            (of.mul18, of.dsp)
+        };
+        assert_eq!([narrow("coefficient=u0.9"), narrow("coefficient=u0.10")], [(36, 18), (54, 27)]);
         // A state of 19 bits takes a whole block each.
         assert_eq!((of("state=u16.3").mul18, of("state=u16.3").dsp), (108, 54));
         // 56 rows of pixels and 7 + 7 + 15 rows of states are one word: 896 bits, and 464 at 16 bits of state,

@@ -4,10 +4,12 @@ use hoverlock_fixed_point::analysis::bounds::{Bounds, ClassLimits};
 use hoverlock_fixed_point::analysis::errors::BitKind;
 
 use crate::plot::{Axis, BLUE, Chart, Mark, PlotError, RED, Series};
-use crate::study::{ConditionStudy, Study};
+use crate::study::Study;
 
-/// One row of `calibration.csv`.
+/// One row of `calibration.csv`: a scale of a frame.
 struct Calibrated {
+    /// Picture, condition and seed.
+    frame: String,
     rms: f64,
     maxlbp_flips: f64,
     beyond_one_px: f64,
@@ -21,12 +23,20 @@ fn calibration() -> Vec<Calibrated> {
         let field =
             |name: &str| -> Option<f64> { fields.get(header.iter().position(|column| *column == name)?)?.parse().ok() };
         Some(Calibrated {
+            frame: fields.get(..3)?.join(","),
             rms: field("rms_lsb")?,
             maxlbp_flips: field("maxlbp_flips_percent")?,
             beyond_one_px: 100.0 - field("within_one_px_percent")?,
         })
     };
     lines.filter_map(row).collect()
+}
+
+/// Returns the lowest contrast of each frame and its flipped bits, which are counted over all scales.
+fn calibrated_flips(rows: &[Calibrated]) -> Vec<(f64, f64)> {
+    let frames = rows.chunk_by(|a, b| a.frame == b.frame);
+    let lowest = |frame: &[Calibrated]| frame.iter().map(|row| row.rms).fold(f64::INFINITY, f64::min);
+    frames.map(|frame| (lowest(frame), frame[0].maxlbp_flips)).collect()
 }
 
 /// Plots features moved and bits flipped against the rms of the `streaming` DoG. Calibration in grey, this report in
@@ -45,11 +55,6 @@ pub(super) fn plots(study: &Study) -> Result<Vec<String>, PlotError> {
         edges.into_iter().flat_map(|(from, to, y)| [(from, y), (to, y)]).collect::<Vec<_>>()
     };
     let columns = [&bounds.nominal, &bounds.combined, &bounds.fog];
-    let of_report = |measure: &dyn Fn(&ConditionStudy, usize) -> f64| {
-        let studies = study.pictures.iter().flat_map(|picture| &picture.conditions);
-        let each = studies.flat_map(|of| (0..of.comparison.scales.len()).map(move |k| (of, k)));
-        each.map(|(of, k)| (of.comparison.scales[k].interior.reference_rms, measure(of, k))).collect::<Vec<_>>()
-    };
     let chart =
         |title: &str, label: &str, floor: f64, top: f64, all: Vec<(f64, f64)>, mine: Vec<(f64, f64)>, limit| Chart {
             title: title.into(),
@@ -69,7 +74,11 @@ pub(super) fn plots(study: &Study) -> Result<Vec<String>, PlotError> {
         0.05,
         10.0,
         calibrated.iter().map(|row| (row.rms, row.beyond_one_px)).collect(),
-        of_report(&|of, k| 100.0 - of.comparison.scales[k].kept.within_one_px_percent),
+        study
+            .fit_frames()
+            .flat_map(|frame| &frame.scales)
+            .map(|scale| (scale.interior.reference_rms, 100.0 - scale.kept.within_one_px_percent))
+            .collect(),
         steps(&bounds.class.features, columns.map(|column| 100.0 - column.within_one_px_percent)),
     );
     let flips = chart(
@@ -77,8 +86,8 @@ pub(super) fn plots(study: &Study) -> Result<Vec<String>, PlotError> {
         "%",
         0.0005,
         1.0,
-        calibrated.iter().map(|row| (row.rms, row.maxlbp_flips)).collect(),
-        of_report(&|of, _| of.comparison.flips.percent(BitKind::Maxlbp)),
+        calibrated_flips(&calibrated),
+        study.fit_frames().map(|frame| (frame.lowest_rms_lsb(), frame.flips.percent(BitKind::Maxlbp))).collect(),
         steps(&bounds.class.signal, columns.map(|column| column.maxlbp_flips_percent)),
     );
     Ok(vec![features.svg()?, flips.svg()?])
@@ -99,6 +108,16 @@ mod tests {
                 let limit = 100.0 - bounds.column(class).within_one_px_percent;
                 assert!(row.beyond_one_px <= limit, "{} LSB: {} > {limit}", row.rms, row.beyond_one_px);
             }
+        }
+    }
+
+    #[test]
+    fn flips_of_the_calibration_are_a_point_for_each_frame_at_its_lowest_contrast() {
+        let rows = calibration();
+        let points = calibrated_flips(&rows);
+        assert_eq!(2 * points.len(), rows.len());
+        for (point, scales) in points.iter().zip(rows.chunks(2)) {
+            assert_eq!(*point, (scales[0].rms.min(scales[1].rms), scales[0].maxlbp_flips));
         }
     }
 }

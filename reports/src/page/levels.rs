@@ -17,7 +17,7 @@ pub(super) struct LevelRow<'a> {
     result: String,
 }
 
-/// One stage of one level: the worst values over all pictures and conditions.
+/// One stage of one level: the worst values over all pictures and conditions that are fit to judge a design.
 #[derive(Debug, Serialize)]
 pub(super) struct ErrorRow<'a> {
     level: Level,
@@ -34,7 +34,7 @@ pub(super) struct ErrorRow<'a> {
 pub(super) fn rows(study: &Study) -> Vec<LevelRow<'_>> {
     let mut rows = Vec::new();
     for level in &study.levels {
-        let dogs = || level.measurements.iter().filter(|m| matches!(m.stage, Stage::Dog(_)));
+        let dogs = || study.fit_measurements(level.name).filter(|m| matches!(m.stage, Stage::Dog(_)));
         let rms = dogs().map(|m| m.error.rms).fold(0.0, f64::max);
         let kind = dogs().next().map(|m| m.kind);
         let result = match &level.hardware {
@@ -70,7 +70,7 @@ pub(super) fn error_rows(study: &Study, kind: Kind) -> Vec<ErrorRow<'_>> {
         let mut first_of_level = true;
         for stage in Stage::all(&study.design) {
             let of_stage: Vec<&Measurement> =
-                level.measurements.iter().filter(|m| m.stage == stage && m.kind == kind).collect();
+                study.fit_measurements(level.name).filter(|m| m.stage == stage && m.kind == kind).collect();
             let worst =
                 |size: fn(&Measurement) -> f64| of_stage.iter().copied().max_by(|a, b| size(a).total_cmp(&size(b)));
             let (Some(max), Some(bias), Some(rms), Some(noisy)) = (
@@ -85,7 +85,7 @@ pub(super) fn error_rows(study: &Study, kind: Kind) -> Vec<ErrorRow<'_>> {
                 level: level.name,
                 first_of_level,
                 stage: stage.name(&study.design),
-                lsb_dn: stage.lsb(),
+                lsb_dn: stage.lsb(&study.design),
                 max,
                 bias: bias.error.bias,
                 rms: rms.error.rms,

@@ -65,6 +65,8 @@ pub fn html(study: &Study) -> Result<String, PageError> {
         style => STYLE,
         script => SCRIPT,
         unchecked => study.unchecked(),
+        judges => study.judges().len(),
+        beyond_bound => study.beyond_bound(),
         conditions => value(CONDITIONS),
         interior => value(Bounds::acceptance().interior),
         study => value(study),

@@ -1,4 +1,4 @@
-//! The five results at the head of the page.
+//! The five results at the head of the page, over what is fit to judge a design.
 
 use hoverlock_fixed_point::analysis::errors::BitKind;
 use hoverlock_fixed_point::analysis::levels::Level;
@@ -19,16 +19,14 @@ pub(super) struct Tile {
 /// Returns quantisation, approximation, bit flips, displacement and RTL mismatches.
 pub(super) fn tiles(study: &Study) -> Vec<Tile> {
     let rms = |level: Level| {
-        let of_level = study.levels.iter().filter(|study| study.name == level).flat_map(|study| &study.measurements);
-        let dog = of_level.filter(|m| matches!(m.stage, Stage::Dog(_)));
+        let dog = study.fit_measurements(level).filter(|m| matches!(m.stage, Stage::Dog(_)));
         dog.map(|m| m.error.rms).fold(f64::NAN, f64::max)
     };
     let worst = |name: &str| {
         let rows = study.bounds.iter().filter(|row| row.check.name == name);
         rows.map(|row| row.check.measured).fold(f64::NAN, f64::max)
     };
-    let studies = study.pictures.iter().flat_map(|picture| &picture.conditions);
-    let flips = studies.map(|of| of.comparison.flips.percent(BitKind::Maxlbp)).fold(f64::NAN, f64::max);
+    let flips = study.fit_frames().map(|frame| frame.flips.percent(BitKind::Maxlbp)).fold(f64::NAN, f64::max);
     let hardware = match study.hardware().and_then(Hardware::totals) {
         Some(totals) => Tile {
             value: grouped(totals.mismatches),

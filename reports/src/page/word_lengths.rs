@@ -17,7 +17,8 @@ pub(super) fn sweep_plots(study: &Study) -> Result<Vec<String>, PlotError> {
         ("features not at the same pixel, %", |point| point.moved_percent, 0.1, 100.0),
     ];
     let mut plots = Vec::new();
-    for sweep in &study.sweeps {
+    // No picture is fit to judge a sweep without points.
+    for sweep in study.sweeps.iter().filter(|sweep| !sweep.points.is_empty()) {
         let (least, most) = (
             sweep.points.iter().map(|point| point.bits).fold(f64::INFINITY, f64::min),
             sweep.points.iter().map(|point| point.bits).fold(0.0, f64::max),
@@ -94,6 +95,9 @@ pub(super) fn cost_plots(study: &Study) -> Result<Vec<String>, PlotError> {
         ),
     ];
     let mut plots = Vec::new();
+    if study.costs.is_empty() {
+        return Ok(plots);
+    }
     for (measure, (title, label, error, low, high, price)) in [0, 1, 0].into_iter().zip(charts) {
         let points = |keep: &dyn Fn(&Cost) -> bool| {
             let kept = study.costs.iter().filter(|cost| keep(cost));
@@ -101,9 +105,9 @@ pub(super) fn cost_plots(study: &Study) -> Result<Vec<String>, PlotError> {
             points.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.total_cmp(&a.1)));
             points
         };
-        // The Pareto front of this plot alone.
+        // The Pareto front of this plot alone, over what can be built.
         let mut front: Vec<(f64, f64)> = Vec::new();
-        for (x, y) in points(&|_| true) {
+        for (x, y) in points(&|cost| cost.buildable) {
             if front.last().is_none_or(|last| y < last.1) {
                 front.retain(|last| last.0 < x);
                 front.push((x, y));

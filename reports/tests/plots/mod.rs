@@ -182,6 +182,11 @@ fn plots_show_the_numbers_of_the_report() {
         let equal = |sample: f64, drawn: f64| same(drawn, 100.0 * sample);
         assert!(samples.into_iter().all(|(sample, point)| equal(sample.recursive.repeatability, point.1)));
     }
+    // Bits are counted over all scales: a point for each frame, at the contrast that selects its class.
+    let flips = Plot::named("MaxLBP bits flipped, all scales").series("this report");
+    let frames: Vec<_> = FULL.pictures[0].conditions.iter().map(|of| &of.comparison).collect();
+    assert_eq!(flips.len(), frames.len());
+    assert!(flips.iter().zip(&frames).all(|(point, frame)| same(point.0, frame.lowest_rms_lsb())), "{flips:?}");
     let chains = Plot::named("rms error, state LSB");
     for chain in &FULL.chains {
         let drawn = chains.series(&format!("σ {} px", chain.sigma));

@@ -5,6 +5,7 @@
 //! are `SMOOTHER<i>_<name>`, `i` from 0 in the order of the sigmas.
 
 use super::set::{CoefficientSet, Word};
+use hoverlock_design::comment;
 use std::fmt::Write as _;
 
 /// An export file.
@@ -16,8 +17,9 @@ pub struct File {
     pub text: String,
 }
 
-/// Returns all export files. `command` is the command line, which each file names as its origin.
+/// Returns all export files. `command` is the command line, which each file names as its origin in a [`comment`].
 pub fn all(sets: &[CoefficientSet], command: &str) -> Vec<File> {
+    let command = &comment(command);
     vec![
         File { name: "coefficients.vh", text: verilog(sets, command) },
         File { name: "coefficients.mif", text: mif(sets, command) },
