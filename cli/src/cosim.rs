@@ -16,7 +16,8 @@ use crate::progress::Reporter;
 
 /// Run a folder of frames through extractor and flight program together, and show the track of the camera.
 ///
-/// The first frame is the reference. The frames are the pictures of the folder by name, of one size.
+/// The first frame is the reference. The frames are the pictures of the folder by name, 2.png before 10.png, of one
+/// size.
 /// With --features rtl they enter the pixel port of the Verilated top; the records go through a DMA into a ring of
 /// buffers in simulated memory, and a model of the CPU takes them from there at the interrupt. Status 0 only if
 /// some frame has an estimate and, with --estimator arm, if the ARM binary writes the host's lines byte for byte.

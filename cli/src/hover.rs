@@ -10,7 +10,10 @@ use std::sync::{Mutex, PoisonError};
 use anyhow::{Context as _, Result};
 use hoverlock_arm::calibration::Calibration;
 use hoverlock_cosim::hover::{TABLE, table};
-use hoverlock_cosim::sequence::{CALIBRATION, INERTIAL, SequenceWriter, TELEMETRY, calibration, is_frame};
+use hoverlock_cosim::sequence::{
+    CALIBRATION, INERTIAL, TELEMETRY, calibration, frame_name, inertial_header, inertial_rows, is_frame, png,
+    telemetry_header, telemetry_row,
+};
 use hoverlock_cosim::{BoxError, FrameProgress, HoverOutcome, HoverSettings, Monitor, hover};
 use hoverlock_reports::output::PAGE;
 use indicatif::ProgressBar;
@@ -18,7 +21,7 @@ use indicatif::ProgressBar;
 use crate::Verdict;
 use crate::choice::{Climb, Estimator, Features, View, between};
 use crate::design::Chosen;
-use crate::output::{Folder, command, print, print_json, shown, unwritable, verdict, write_file};
+use crate::output::{Folder, command, discard, print, print_json, shown, unwritable, verdict, write_file};
 use crate::progress::{LogLines, Reporter, bar};
 
 /// Close the loop: a simulated helicopter in gusts holds its position with the camera's estimate alone.
@@ -76,8 +79,8 @@ pub struct Args {
     /// The folder for the page, index.html, and the table of each frame, hover.csv, which grows as it flies
     #[arg(long, value_name = "DIR", default_value = "out/hover")]
     out: PathBuf,
-    /// Save the frames, their telemetry, the samples of the IMU and the calibration into this folder, for `hoverlock
-    /// cosim`
+    /// Save the frames, their telemetry, the samples of the IMU and the calibration into this folder as it flies, for
+    /// `hoverlock cosim`
     #[arg(long, value_name = "DIR")]
     save: Option<PathBuf>,
     /// One JSON object on stdout: pass rms_m max_m frames lost and more
@@ -89,13 +92,87 @@ pub struct Args {
 struct Recorder {
     bar: ProgressBar,
     lines: LogLines,
-    path: PathBuf,
-    /// The table; `None` before the first frame.
-    table: Mutex<Option<File>>,
-    /// Results of an earlier run, until the first frame.
-    earlier: Mutex<Vec<PathBuf>>,
-    saved: Option<(PathBuf, Mutex<SequenceWriter>)>,
+    /// The table of the flight.
+    table: PathBuf,
+    /// The folder into which the flight is saved.
+    save: Option<PathBuf>,
     calibration: Calibration,
+    /// Results of an earlier run.
+    earlier: Vec<PathBuf>,
+    /// `None` before the first frame.
+    files: Mutex<Option<Files>>,
+}
+
+/// The files that grow as it flies.
+struct Files {
+    /// `None` before the first row.
+    table: Option<Growing>,
+    saved: Option<Saved>,
+}
+
+/// A flight that is saved. It has a row of telemetry for each picture after each frame, so that one that is stopped is
+/// replayed as it was flown.
+struct Saved {
+    folder: PathBuf,
+    inertial: Growing,
+    telemetry: Growing,
+}
+
+/// A text file that grows.
+struct Growing {
+    path: PathBuf,
+    file: File,
+}
+
+impl Growing {
+    /// Creates a file with a text.
+    fn create(path: PathBuf, text: &str) -> Result<Self> {
+        let file = File::create(&path).with_context(|| unwritable(&path))?;
+        let mut growing = Self { path, file };
+        growing.add(text)?;
+        Ok(growing)
+    }
+
+    /// Appends a text.
+    fn add(&mut self, text: &str) -> Result<()> {
+        self.file.write_all(text.as_bytes()).with_context(|| unwritable(&self.path))
+    }
+}
+
+impl Saved {
+    /// Begins a flight: its calibration, and tables without rows.
+    fn begin(folder: &Path, calibration: &Calibration) -> Result<Self> {
+        write_file(&folder.join(CALIBRATION), calibration::text(calibration)?.as_bytes())?;
+        Ok(Self {
+            folder: folder.to_owned(),
+            inertial: Growing::create(folder.join(INERTIAL), &inertial_header())?,
+            telemetry: Growing::create(folder.join(TELEMETRY), &telemetry_header())?,
+        })
+    }
+
+    /// Adds a frame.
+    fn add(&mut self, frame: &FrameProgress<'_>) -> Result<()> {
+        write_file(&self.folder.join(frame_name(frame.number)), &png(frame.picture)?)?;
+        self.telemetry.add(&telemetry_row(frame.telemetry))?;
+        self.inertial.add(&inertial_rows(frame.inertial))
+    }
+}
+
+impl Files {
+    /// Adds a frame to the table, and saves it.
+    fn add(&mut self, table_path: &Path, frame: &FrameProgress<'_>) -> Result<()> {
+        if let Some(saved) = &mut self.saved {
+            saved.add(frame)?;
+        }
+        if let Some(row) = frame.row {
+            let text = table(std::slice::from_ref(row))?;
+            match &mut self.table {
+                Some(table) => table.add(text.split_once('\n').map_or("", |(_, row)| row))?,
+                none => *none = Some(Growing::create(table_path.to_owned(), &text)?),
+            }
+        }
+        Ok(())
+    }
 }
 
 impl Monitor for Recorder {
@@ -108,21 +185,7 @@ impl Monitor for Recorder {
     }
 
     fn frame(&self, frame: &FrameProgress<'_>) -> Result<(), BoxError> {
-        self.remove_earlier()?;
-        if let Some((folder, writer)) = &self.saved {
-            let mut writer = writer.lock().unwrap_or_else(PoisonError::into_inner);
-            let (name, png) = writer.add(frame.number, frame.picture, frame.telemetry)?;
-            writer.add_inertial(frame.inertial);
-            write_file(&folder.join(name), &png)?;
-        }
-        if let Some(row) = frame.row {
-            let text = table(std::slice::from_ref(row))?;
-            let mut file = self.table.lock().unwrap_or_else(PoisonError::into_inner);
-            match &mut *file {
-                Some(file) => file.write_all(text.split_once('\n').map_or("", |(_, row)| row).as_bytes())?,
-                none => none.insert(self.create()?).write_all(text.as_bytes())?,
-            }
-        }
+        self.with_files(|files| files.add(&self.table, frame))?;
         let seconds = frame.telemetry.time_us as f64 / 1e6;
         let distance = 100.0 * frame.distance_m.unwrap_or_default();
         let quality = frame.quality.map_or("no estimate".to_owned(), |quality| format!("quality {quality}"));
@@ -135,30 +198,25 @@ impl Monitor for Recorder {
 }
 
 impl Recorder {
-    /// Removes the results of an earlier run: a run that is stopped leaves no mixture of two flights.
-    fn remove_earlier(&self) -> Result<()> {
-        for file in self.earlier.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
-            fs::remove_file(&file).with_context(|| format!("{}: cannot be replaced", file.display()))?;
-        }
-        Ok(())
+    /// Passes the files on. Before the first time it removes the results of an earlier run and begins those of this
+    /// one: a run that is stopped leaves no mixture of two flights.
+    fn with_files(&self, change: impl FnOnce(&mut Files) -> Result<()>) -> Result<()> {
+        let mut files = self.files.lock().unwrap_or_else(PoisonError::into_inner);
+        let files = match &mut *files {
+            Some(files) => files,
+            none => {
+                self.earlier.iter().try_for_each(|file| discard(file))?;
+                let saved = self.save.as_deref().map(|folder| Saved::begin(folder, &self.calibration)).transpose()?;
+                none.insert(Files { table: None, saved })
+            }
+        };
+        change(files)
     }
 
-    /// Creates the table.
-    fn create(&self) -> Result<File> {
-        File::create(&self.path).with_context(|| unwritable(&self.path))
-    }
-
-    /// Writes the telemetry of the saved frames.
+    /// Ends the progress. The files are begun even if no frame has arrived.
     fn finish(&self) -> Result<()> {
         self.bar.finish_and_clear();
-        // No frame may have arrived.
-        self.remove_earlier()?;
-        let Some((folder, writer)) = &self.saved else { return Ok(()) };
-        let writer = writer.lock().unwrap_or_else(PoisonError::into_inner);
-        let calibration = calibration::text(&self.calibration)?;
-        write_file(&folder.join(CALIBRATION), calibration.as_bytes())?;
-        write_file(&folder.join(INERTIAL), writer.inertial_table().as_bytes())?;
-        write_file(&folder.join(TELEMETRY), writer.table().as_bytes())
+        self.with_files(|_| Ok(()))
     }
 }
 
@@ -187,11 +245,11 @@ pub fn run(args: &Args) -> Result<Verdict> {
     let recorder = Recorder {
         bar: bar(0, "{bar:32} {percent:>3} %  {elapsed}  {msg}"),
         lines: LogLines::new(),
-        path: args.out.join(TABLE),
-        table: Mutex::default(),
-        earlier: Mutex::new(earlier),
-        saved: args.save.clone().map(|folder| (folder, Mutex::default())),
+        table: args.out.join(TABLE),
+        save: args.save.clone(),
         calibration: settings.scenario.calibration.unwrap_or_default(),
+        earlier,
+        files: Mutex::default(),
     };
     let outcome = hover(&settings, &recorder)?;
     recorder.finish()?;

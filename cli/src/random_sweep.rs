@@ -14,12 +14,14 @@ use hoverlock_reports::output::PAGE;
 use crate::Verdict;
 use crate::output::{Folder, command, print, print_json, say, shown, verdict, write_file};
 use crate::progress::{LogLines, Reporter, bar};
+use crate::sweep::remark_on_commits;
 
 /// File name of the table.
 const TABLE: &str = "flights.csv";
 
 /// Draws the flights, writes their scenario files, and flies those that the table does not have.
 pub fn run(settings: &RandomSettings, table: Option<&Path>, out: &Path, json: bool) -> Result<Verdict> {
+    let option = if table.is_some() { "--table" } else { "--out" };
     let first = scenario_name(&RandomFlight::draw(settings.seed, 1, settings.seconds));
     let folder = Folder::of(out, "sweep --random", &[PAGE, TABLE, &first])?;
     let drawn = draw_all(settings);
@@ -50,6 +52,7 @@ pub fn run(settings: &RandomSettings, table: Option<&Path>, out: &Path, json: bo
     bar.finish_and_clear();
     write_file(&out.join(PAGE), outcome.page(&command())?.as_bytes())?;
     drop(folder);
+    remark_on_commits(outcome.of_other_commits(), outcome.flights.len(), option);
     if json {
         print_json(&outcome)?;
     } else {
@@ -61,13 +64,14 @@ pub fn run(settings: &RandomSettings, table: Option<&Path>, out: &Path, json: bo
 /// Shrinks flight `number` and writes the scenario file of what remains.
 pub fn run_shrink(settings: &RandomSettings, number: u32, out: &Path, json: bool) -> Result<Verdict> {
     let flight = RandomFlight::draw(settings.seed, number, settings.seconds);
-    let folder = Folder::of(out, "sweep --random", &[])?;
+    let name = format!("shrunk-{}", scenario_name(&flight));
+    let folder = Folder::of(out, "sweep --shrink", &[&name])?;
     let mut progress = |flight: &RandomFlight, fails: bool| {
         let result = if fails { "fails" } else { "passes" };
         say(&format!("{result}, {} s: {}", flight.seconds, flight.described()));
     };
     let shrunk = shrink(&flight, settings.features, &Reporter, &mut progress)?;
-    let file = out.join(format!("shrunk-{}", scenario_name(&flight)));
+    let file = out.join(name);
     write_file(&file, shrunk.flight.scenario().as_bytes())?;
     drop(folder);
     if json {
@@ -91,13 +95,18 @@ fn result(flight: &FlownFlight) -> String {
     match flight.error_max_m.zip(flight.worst_ratio) {
         Some((error, ratio)) => format!(
             "error {error:.3} m at most, {ratio:.2} of the protection level, {} misleading of {} frames, \
-             {:.1} % answered",
+             {} % answered",
             flight.misleading,
             flight.frames,
-            100.0 * flight.availability()
+            percent(flight.availability())
         ),
         None => "no estimate".to_owned(),
     }
+}
+
+/// Returns a share in percent, or a dash.
+fn percent(share: Option<f64>) -> String {
+    share.map_or("-".to_owned(), |share| format!("{:.1}", 100.0 * share))
 }
 
 /// Describes a campaign: totals by ingredient, the flights that fail, and the verdict.
@@ -110,10 +119,10 @@ fn text(outcome: &RandomOutcome, out: &Path, table: &Path) -> String {
         // Writing to a String cannot fail.
         let _ = writeln!(
             text,
-            "{name:<24} {:>7} {:>10} {:>12.1} {:>6.2} {:>9.3} {:>7.2}",
+            "{name:<24} {:>7} {:>10} {:>12} {:>6.2} {:>9.3} {:>7.2}",
             totals.flights,
             totals.misleading_flights,
-            100.0 * totals.availability,
+            percent(totals.availability),
             totals.nees,
             totals.error_rms_m,
             totals.worst_ratio

@@ -7,6 +7,7 @@ use hoverlock_cosim::campaign::random::RandomSettings;
 use hoverlock_cosim::campaign::{Campaign, CampaignProgress, CampaignSettings, Cluster, DesignStatistics, Place};
 use hoverlock_cosim::{BoxError, CampaignOutcome};
 use hoverlock_reports::output::PAGE;
+use hoverlock_reports::provenance::COMMIT;
 
 use crate::Verdict;
 use crate::choice::{Features, View, between};
@@ -62,7 +63,8 @@ pub struct Args {
     #[arg(long, value_name = "S", default_value = "1", requires = "random")]
     seed: u64,
     /// Remove ingredients of this random flight as long as it fails, and write the scenario file of what remains
-    #[arg(long, value_name = "NUMBER", requires = "random", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "NUMBER", requires = "random", conflicts_with = "table",
+          value_parser = clap::value_parser!(u32).range(1..))]
     shrink: Option<u32>,
     /// The table of random flights, which the campaign continues, if not flights.csv in the folder of --out
     #[arg(long, value_name = "FILE", requires = "random")]
@@ -141,12 +143,23 @@ pub fn run(args: &Args) -> Result<Verdict> {
     bar.finish_and_clear();
     write_file(&args.out.join(PAGE), outcome.page(&command())?.as_bytes())?;
     drop(folder);
+    remark_on_commits(outcome.of_other_commits(), outcome.points.len(), "--out");
     if args.json {
         print_json(&outcome)?;
     } else {
         print(&text(&outcome, &args.out))?;
     }
     Ok(outcome.pass.into())
+}
+
+/// Says how many of the rows that count were flown by another program. `option` names where the rows are.
+pub fn remark_on_commits(others: usize, rows: usize, option: &str) {
+    if others > 0 {
+        say(&format!(
+            "{others} of {rows} rows were flown by another commit than that of this program, {COMMIT}; another \
+             {option} flies them again"
+        ));
+    }
 }
 
 /// Returns where the points are flown.

@@ -353,6 +353,10 @@ fn a_bad_sequence_is_one_line_and_status_2() {
     put("01.png", b"no picture");
     refused(&["cosim", folder], "01.png");
     save(other.path(), "01.png", &seen(&FLIGHT[1]));
+    put("inertial.csv", format!("{INERTIAL_COLUMNS}\n0,0,0,0,0,0,-9.8\n").as_bytes());
+    let alone = "inertial.csv: its samples need the times of the frames, and there is no";
+    refused(&["cosim", folder], &format!("{folder}/{alone} {folder}/telemetry.csv; add it"));
+    fs::remove_file(other.path().join("inertial.csv")).unwrap();
     put("telemetry.csv", telemetry(&FLIGHT).as_bytes());
     refused(&["cosim", folder], "4 rows of telemetry for 2 pictures");
     put("telemetry.csv", telemetry(&FLIGHT[..2]).as_bytes());
@@ -434,6 +438,10 @@ fn remarks_do_not_repeat_and_names_stay_on_one_line() {
     assert!(said.contains("2 more of these pictures are turned or cropped"), "{said}");
     let table = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(table.contains("c\\nd.png") && table.lines().count() < 8, "{table}");
+    // The frame is that of the design.
+    let output = hoverlock(&["cosim", folder.path().to_str().unwrap(), "--design", "hd1080"]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() != Some(2) && !said.contains("is larger than the frame"), "{said}");
 }
 
 /// Returns a folder of the flight in which some frames are replaced.

@@ -6,6 +6,7 @@ mod picture;
 mod refusal;
 
 use std::fs;
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -45,6 +46,42 @@ fn a_flight_without_a_frame_replaces_the_one_before() {
     assert_eq!((&fly(&[])["lost"], files("out"), files("saved")), (&0.into(), 3, 20));
     assert_eq!(fly(&["--scenario", &scenario])["frames"], 0);
     assert_eq!((files("out"), files("saved")), (2, 4));
+}
+
+/// Results that are links stay links, and their targets are replaced.
+#[test]
+fn a_flight_replaces_the_targets_of_links() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    fs::write(path("lost.toml"), "scene = 'field'\nseconds = 1\n[[event]]\nt = 0\nevent = 'dropped'\nseconds = 5\n")
+        .unwrap();
+    for (out, results) in
+        [("out", &["hover.csv", "index.html"][..]), ("saved", &["telemetry.csv", "calibration.toml"][..])]
+    {
+        fs::create_dir(path(out)).unwrap();
+        fs::create_dir(path(&format!("{out} elsewhere"))).unwrap();
+        for name in results {
+            fs::write(path(&format!("{out} elsewhere/{name}")), "of the flight before").unwrap();
+            std::os::unix::fs::symlink(path(&format!("{out} elsewhere/{name}")), path(&format!("{out}/{name}")))
+                .unwrap();
+        }
+    }
+    fs::write(path("out/.hoverlock"), "hoverlock hover\n").unwrap();
+    fs::write(path("saved/.hoverlock"), "hoverlock hover --save\n").unwrap();
+    let [scenario, save] = ["lost.toml", "saved"].map(|name| path(name).display().to_string());
+    hover(&path("out"), &["--scenario", &scenario, "--save", &save]);
+    for name in ["out/hover.csv", "out/index.html", "saved/telemetry.csv", "saved/calibration.toml"] {
+        assert!(path(name).is_symlink(), "{name} is no link any more");
+    }
+    let text = |name: &str| fs::read_to_string(path(name)).unwrap();
+    assert_eq!(text("out elsewhere/hover.csv"), "");
+    assert!(text("out elsewhere/index.html").contains("</html>"));
+    assert!(text("saved elsewhere/telemetry.csv").starts_with("time_s,"));
+    assert!(text("saved elsewhere/calibration.toml").contains("readout_s"));
+    // A link to nothing is refused before a result of the flight before is removed.
+    fs::remove_file(path("out elsewhere/index.html")).unwrap();
+    let output = hoverlock(&["hover", "--out", &path("out").display().to_string(), "--scenario", &scenario]);
+    assert_refused(&output, "index.html: is a link to nothing; name another file");
 }
 
 /// Nothing is made before what cannot work is refused, and nothing of another verb is overwritten.
@@ -106,11 +143,13 @@ fn what_is_saved_is_one_flight() {
     assert_eq!(names.filter(|name| name.ends_with(".png")).count(), 16);
 }
 
-/// A flight that is killed leaves the rows flown so far.
+/// A flight that is killed leaves the rows flown so far, and what was saved can be replayed.
 #[test]
 fn the_table_grows_as_it_flies() {
     let folder = tempfile::tempdir().unwrap();
+    let saved = folder.path().join("saved");
     let args = ["hover", "--scene", "helipad-in-mist", "--seconds", "600", "--out", folder.path().to_str().unwrap()];
+    let args = [&args[..], &["--save", saved.to_str().unwrap()]].concat();
     let mut flight = Command::new(env!("CARGO_BIN_EXE_hoverlock")).args(args).spawn().unwrap();
     let table = folder.path().join("hover.csv");
     let rows = || fs::read_to_string(&table).map_or(0, |text| text.lines().count());
@@ -123,6 +162,12 @@ fn the_table_grows_as_it_flies() {
     assert!(rows() >= 4 && !folder.path().join("index.html").exists(), "{} rows", rows());
     let times = column(&fs::read_to_string(&table).unwrap(), "time");
     assert!(times[..3].windows(2).all(|pair| pair[0] < pair[1]), "{times:?}");
+    let lines = |name: &str| fs::read_to_string(saved.join(name)).unwrap().lines().count();
+    let pictures = fs::read_dir(&saved).unwrap().filter_map(|entry| entry.unwrap().file_name().into_string().ok());
+    let pictures = pictures.filter(|name| !name.starts_with('.') && name.ends_with(".png")).count();
+    // The picture of the frame at which it was killed may have no row yet.
+    assert!((pictures..=pictures + 1).contains(&lines("telemetry.csv")), "{pictures} pictures");
+    assert!(lines("inertial.csv") > pictures && saved.join("calibration.toml").exists());
 }
 
 /// Level asphalt with its helipad: the place is held to centimetres; the same seed gives the same bytes, another seed
@@ -257,6 +302,7 @@ fn bad_input_is_one_line_and_status_2() {
     sweep(&["--random", "2", "--scene", "field"], "--scene");
     sweep(&["--shrink", "2"], "--random");
     sweep(&["--random", "2", "--shrink", "3"], "--random gives 2 flights");
+    sweep(&["--random", "2", "--shrink", "2", "--table", "flights.csv"], "--table");
 }
 
 /// Points that are in the table are not flown again, a row that was cut off is.
@@ -277,7 +323,66 @@ fn a_campaign_goes_on_where_it_stopped() {
     let again = hoverlock(&args);
     let summary_again: Value = serde_json::from_slice(&again.stdout).unwrap();
     assert_eq!(summary, summary_again);
-    assert!(String::from_utf8_lossy(&again.stderr).contains("1 of 2 points are in"));
+    let said = String::from_utf8_lossy(&again.stderr);
+    assert!(said.contains("1 of 2 points are in") && !said.contains("another commit"), "{said}");
+
+    // Rows of another program count, and it is said.
+    let commit = summary["points"][0]["commit"].as_str().unwrap();
+    fs::write(&table, rows.replace(commit, OTHER_COMMIT)).unwrap();
+    assert_of_other_commit(&hoverlock(&args), folder.path(), "--out");
+}
+
+/// The commit of rows that another program has flown.
+const OTHER_COMMIT: &str = "0123456789ab";
+
+/// Asserts that a sweep says of its two rows that another program has flown them, as its page does.
+#[track_caller]
+fn assert_of_other_commit(output: &Output, folder: &Path, option: &str) {
+    let said = String::from_utf8_lossy(&output.stderr);
+    let named = "2 of 2 rows were flown by another commit than that of this program, ";
+    assert!(said.contains(named) && said.contains(&format!("; another {option} flies them again")), "{said}");
+    let page = fs::read_to_string(folder.join("index.html")).unwrap();
+    assert!(page.contains(&format!("<dt>flown by</dt><dd><code>{OTHER_COMMIT}</code></dd>")), "{page}");
+}
+
+/// Two sweeps into one table would lose the rows of one of them.
+#[test]
+fn a_second_sweep_into_the_same_table_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    fs::write(folder.path().join(".hoverlock"), "hoverlock sweep\nhoverlock sweep --random\n").unwrap();
+    let [results, flights] = ["results.csv", "flights.csv"].map(|name| folder.path().join(name));
+    let random = ["--random", "1", "--table", flights.to_str().unwrap()];
+    for (table, further) in [(&results, &[][..]), (&flights, &random[..])] {
+        let args = [&["sweep", "--seconds", "1", "--out", out], further].concat();
+        let first = fs::File::create(table).unwrap();
+        first.lock().unwrap();
+        let name = table.file_name().unwrap().to_str().unwrap();
+        assert_refused(&hoverlock(&args), &format!("{name}: another run is writing it; wait for its end"));
+        drop(first);
+        fs::remove_file(table).unwrap();
+        std::os::unix::fs::symlink("nothing.csv", table).unwrap();
+        assert_refused(&hoverlock(&args), &format!("{name}: is a link to nothing"));
+        assert!(table.is_symlink() && !folder.path().join("nothing.csv").exists());
+    }
+}
+
+/// A Python module that ends before it has read all points is named with its last line.
+#[test]
+fn a_python_module_that_fails_is_named_with_its_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let python = folder.path().join("python");
+    fs::write(&python, "#!/bin/sh\necho 'No module named hoverlock_models' >&2\nexit 3\n").unwrap();
+    fs::set_permissions(&python, fs::Permissions::from_mode(0o755)).unwrap();
+    let out = folder.path().join("out");
+    // More rows than a pipe takes.
+    let points = ["--scene", "helipad-in-mist", "--seeds", "10000", "--seconds", "1", "--dask", "tcp://nowhere:1"];
+    let output = Command::new(env!("CARGO_BIN_EXE_hoverlock"))
+        .args([&["sweep", "--out", out.to_str().unwrap()], &points[..]].concat())
+        .env("HOVERLOCK_PYTHON", &python)
+        .output()
+        .unwrap();
+    assert_refused(&output, "has failed (exit status: 3): No module named hoverlock_models");
 }
 
 /// A random flight is a scenario file, and `hover` repeats its numbers; flights in the table are not flown again.
@@ -303,6 +408,12 @@ fn random_flights_repeat_from_their_scenario_files() {
     let again = hoverlock(&args);
     assert_eq!(again.stdout, whole.stdout);
     assert!(String::from_utf8_lossy(&again.stderr).contains("2 of 2 flights are in"));
+
+    let rows = fs::read_to_string(folder.path().join("flights.csv")).unwrap();
+    let table = folder.path().join("others.csv");
+    fs::write(&table, rows.replace(flights[0]["commit"].as_str().unwrap(), OTHER_COMMIT)).unwrap();
+    let others = hoverlock(&[&args[..], &["--table", table.to_str().unwrap()]].concat());
+    assert_of_other_commit(&others, folder.path(), "--table");
 }
 
 /// A table that cannot be written is refused before a flight is drawn, and without a scenario file.
@@ -321,6 +432,9 @@ fn a_table_of_random_flights_is_checked_first() {
     fs::write(path("mine/1-0001.toml"), "mine").unwrap();
     let output = hoverlock(&["sweep", "--random", "2", "--seed", "1", "--seconds", "1", "--out", &path("mine")]);
     assert_refused(&output, "1-0001.toml: is not a file of hoverlock sweep --random");
+    fs::write(path("mine/shrunk-1-0002.toml"), "mine").unwrap();
+    let output = hoverlock(&["sweep", "--random", "2", "--seed", "1", "--shrink", "2", "--out", &path("mine")]);
+    assert_refused(&output, "shrunk-1-0002.toml: is not a file of hoverlock sweep --shrink");
 }
 
 /// The hardware's features and the ARM binary's estimates steer the same flight as the models in this process.

@@ -156,8 +156,9 @@ impl CosimFrame {
 pub fn cosim(settings: &CosimSettings, monitor: &dyn Monitor) -> Result<CosimOutcome, CosimError> {
     // A missing or unsuitable ARM binary is reported before the pictures are read.
     check_choice(settings.features, &settings.design, settings.flight_program)?;
+    let largest = (settings.design.width as usize, settings.design.height as usize);
     let Sequence { frames, telemetry, inertial, calibration, is_telemetry_assumed, pseudo_truths } =
-        sequence::read(&settings.sequence, &settings.limits, monitor)?;
+        sequence::read(&settings.sequence, &settings.limits, largest, monitor)?;
     let step = monitor.long_step("frames through extractor and flight program");
     let started = Instant::now();
     let first = frames[0].decode()?;

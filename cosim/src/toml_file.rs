@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use hoverlock_edss::toml_text;
+use hoverlock_edss::{strict, toml_text};
 use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::{DeTable, Deserializer, Error};
@@ -89,7 +89,8 @@ impl Kind {
         table: Spanned<DeTable<'_>>,
     ) -> Result<T, TomlFileError> {
         let keys = table.get_ref().clone();
-        T::deserialize(Deserializer::from(table)).map_err(|error| self.located(text, path, "", Some(&keys), &error))
+        strict::deserialize(Deserializer::from(table))
+            .map_err(|error| self.located(text, path, "", Some(&keys), &error))
     }
 
     /// Returns the error of a text with its line, `place` and the key of `keys` that it is about.

@@ -1,8 +1,12 @@
 //! Hovers and campaigns through the library, as another program uses it.
 
+use hoverlock_arm::calibration::Measured;
 use hoverlock_cosim::campaign::{Campaign, CampaignSettings, Point, fly_row};
 use hoverlock_cosim::hover::{CameraView, Event, HoverError, Scenario};
+use hoverlock_cosim::sequence::{self, Sequence};
 use hoverlock_cosim::{BoxError, FeatureSource, FrameProgress, HoverSettings, Monitor, fly_point, hover};
+use hoverlock_pictures::Limits;
+use hoverlock_reference::image::plane::Plane;
 use serde_json::Value;
 
 /// A hover of one second over flat ground.
@@ -48,6 +52,7 @@ fn lost_and_repeated_messages_disturb_no_other_frame() {
     let lossy = hover(&events(vec![Event::Dropped { t: 1.0, seconds: 0.2 }]), &()).unwrap();
     assert_eq!((quiet.rows.len(), lossy.rows.len()), (31, 28));
     assert_eq!(lossy.answered(), (lossy.rows.len() - 8, lossy.rows.len() - 8));
+    assert_eq!(lossy.summary.longest_loss_s, 0.2);
     let twice = hover(&events(vec![Event::Repeated { t: 0.5, seconds: 1.0 }]), &()).unwrap();
     assert_eq!(twice.table().unwrap(), quiet.table().unwrap());
 }
@@ -74,6 +79,29 @@ fn an_outcome_serialises_to_its_summary_and_has_table_and_page() {
     assert_eq!((&json["pass"], &json["features"], &json["estimator"]), (&true.into(), &"fixed".into(), &"host".into()));
     assert_eq!((outcome.rows.len(), outcome.table().unwrap().lines().count()), (16, 17));
     assert!(outcome.page("a <program>").unwrap().contains("a &lt;program&gt;"));
+}
+
+/// The first row of a picture is read out at the time of the telemetry; a frame from its middle begins later, and takes
+/// less time.
+#[test]
+fn a_frame_has_its_part_of_the_read_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let put = |name: &str, content: &[u8]| std::fs::write(folder.path().join(name), content).unwrap();
+    let picture = sequence::png(&Plane::from_fn(80, 101, |x, y| (x * y) as u16)).unwrap();
+    put("1.png", &picture);
+    put("2.png", &picture);
+    put("calibration.toml", b"readout_s = { value = 0.02, sigma = 0.004 }\n");
+    let read = |rows: usize| sequence::read(folder.path(), &Limits::default(), (80, rows), &()).unwrap();
+    let times = |sequence: &Sequence| sequence.telemetry.iter().map(|telemetry| telemetry.time_us).collect::<Vec<_>>();
+    // Without telemetry there is no clock whose time a row could have.
+    assert_eq!(times(&read(71)), times(&read(101)));
+    put("telemetry.csv", b"time_s,roll_deg,pitch_deg,yaw_deg,range_m,fov_deg\n1,0,0,0,9,50\n2,0,0,0,9,50\n");
+    let [whole, part] = [read(101), read(71)];
+    assert_eq!((times(&whole), times(&part)), (vec![1_000_000, 2_000_000], vec![1_003_000, 2_003_000]));
+    let readout = |sequence: &Sequence| sequence.calibration.unwrap().readout_s;
+    assert_eq!((readout(&whole).value, readout(&whole).sigma), (0.02, 0.004));
+    let Measured { value, sigma } = readout(&part);
+    assert!((value - 0.014).abs() < 1e-12 && (sigma - 0.0028).abs() < 1e-12, "{value} {sigma}");
 }
 
 #[test]

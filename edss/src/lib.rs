@@ -12,6 +12,7 @@
 //! | [`render`] | renders a scene as seen by a camera |
 //! | [`scene`] | reads and checks scene files |
 //! | `sensors` | inertial sensor and laser rangefinder |
+//! | [`strict`] | deserialisation in which nothing is ignored |
 //! | [`toml_text`] | the place of an error in a TOML text |
 //! | [`wind`] | gusts with Dryden's spectra |
 //! | [`world`] | steps scene, flight and camera together, frame by frame |
@@ -30,6 +31,7 @@ pub mod random;
 pub mod render;
 pub mod scene;
 mod sensors;
+pub mod strict;
 pub mod toml_text;
 pub mod wind;
 pub mod world;

@@ -295,6 +295,18 @@ impl Scene {
         [ground, relief].into_iter().flatten().collect()
     }
 
+    /// Returns the scene with empty paths of its picture files.
+    pub fn without_paths(&self) -> Self {
+        let mut scene = self.clone();
+        if let Ground::Picture(picture) = &mut scene.ground {
+            picture.file = PathBuf::new();
+        }
+        if let Some(Relief::Map(map)) = &mut scene.relief {
+            map.file = PathBuf::new();
+        }
+        scene
+    }
+
     /// Returns the direction to the sun, of length 1.
     pub(crate) fn to_sun(&self) -> nalgebra::Vector3<f64> {
         let (sa, ca) = libm::sincos(self.sun.azimuth_deg.to_radians());

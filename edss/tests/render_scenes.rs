@@ -62,6 +62,11 @@ fn what_is_wrong_is_refused_by_line() {
             "line 3: ground.picture.file: none.png is neither in nowhere nor among the photographs that `make demo`",
         ),
         ("[ground.grass]\nthis is not TOML\n", "line 2: "),
+        (
+            "[ground.grass]\n[[building]]\nat_m = [1, 2]\nsize_m = [3, 4, 5]\nheight_m = 2\n",
+            "line 4: building.0.size_m: invalid length 3, expected an array of length 2",
+        ),
+        ("sun = [300, 45]\n[ground.grass]\n", "line 1: sun: invalid type: sequence, expected struct Sun"),
         ("[ground.grass]\n[relief.hills]\nrms_m = 3\n", "line 2: relief.hills: missing field `wavelength_m`"),
     ];
     for (text, expected) in cases {

@@ -1,5 +1,6 @@
 //! Pictures as a user names them: files, and folders of files.
 
+use std::cmp::Ordering;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -29,7 +30,7 @@ pub enum FolderError {
     NoPicture(PathBuf),
 }
 
-/// Returns the files that are named; a folder is replaced by its pictures in the order of their names.
+/// Returns the files that are named; a folder is replaced by its pictures in the order of [`pictures_in`].
 ///
 /// # Errors
 /// A folder cannot be read or has no picture, or standard input is named twice.
@@ -48,8 +49,8 @@ pub fn expand(paths: &[PathBuf]) -> Result<Vec<PathBuf>, FolderError> {
     Ok(files)
 }
 
-/// Returns the pictures of a folder in the order of their names. Hidden files are left out: other systems put some
-/// beside pictures.
+/// Returns the pictures of a folder by name, runs of digits by their number: `2.png` comes before `10.png`. Hidden
+/// files are left out: other systems put some beside pictures.
 ///
 /// # Errors
 /// The folder cannot be read or has no picture.
@@ -70,8 +71,27 @@ pub fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, FolderError> {
     if found.is_empty() {
         return Err(FolderError::NoPicture(folder.into()));
     }
-    found.sort();
+    found.sort_by(|a, b| cmp_natural(a, b));
     Ok(found)
+}
+
+/// Compares the names of two files of a folder, runs of digits by their number. Names that are equal then, such as
+/// `1.png` and `01.png`, are compared by their bytes.
+fn cmp_natural(a: &Path, b: &Path) -> Ordering {
+    natural_key(a).cmp(natural_key(b)).then_with(|| a.cmp(b))
+}
+
+/// Returns the parts of a file name whose order is that of the name: a byte, or a run of digits as the byte of a digit,
+/// the length of the number without leading zeros, and its digits.
+fn natural_key(path: &Path) -> impl Iterator<Item = (u8, usize, &[u8])> {
+    let name = path.file_name().unwrap_or(path.as_os_str()).as_encoded_bytes();
+    name.chunk_by(|a, b| a.is_ascii_digit() && b.is_ascii_digit()).map(|part| match part[0] {
+        byte if byte.is_ascii_digit() => {
+            let zeros = part.iter().take_while(|digit| **digit == b'0').count();
+            (b'0', part.len() - zeros, &part[zeros..])
+        }
+        byte => (byte, 0, part),
+    })
 }
 
 /// Returns what a user should know about a picture before it is decoded: that it is turned or mirrored, or that its
@@ -97,4 +117,32 @@ pub fn remarks(file: &PictureFile, frame: Option<(usize, usize)>) -> Vec<String>
         }
     }
     remarks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_are_in_the_order_of_their_numbers() {
+        let folder = tempfile::tempdir().unwrap();
+        let names = [
+            "0.png",
+            "01.png",
+            "1.png",
+            "2.png",
+            "10.png",
+            "99999999999999999999998.png",
+            "99999999999999999999999.png",
+            "a.png",
+            "a1b9.png",
+            "a1b10.png",
+            "a2b1.png",
+        ];
+        for name in names.iter().rev() {
+            fs::write(folder.path().join(name), "").unwrap();
+        }
+        let found = expand(&[folder.path().into()]).unwrap();
+        assert_eq!(found, names.map(|name| folder.path().join(name)));
+    }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
-use hoverlock_cosim::hover::{MAX_LOSS_S, MAX_TILT_DEG, hash_of_pictures, load_scene};
+use hoverlock_cosim::hover::{MAX_LOSS_S, MAX_TILT_DEG, load_scene, scene_identity};
 use hoverlock_cosim::{HoverSettings, hover};
 use hoverlock_design::DesignPoint;
 use hoverlock_edss::camera::{FIELD_OF_VIEW_RANGE_DEG, FRAME_SIZE};
@@ -100,7 +100,7 @@ pub fn run(args: &super::Args) -> Result<Verdict> {
     let seed = args.mission.seed.unwrap_or(1);
     let (scenes, subjects) = scenes(&args.mission.scenes, seed)?;
     let out = args.out();
-    let folder = Folder::of(&out, "explore --objective hover", &[PAGE, RESULTS, BEST])?;
+    let folder = Folder::of(&out, "explore --objective hover", &[&Files::NAMES[..], &[FLIGHTS, RESULTS]].concat())?;
     let (flights, parts) = (out.join(FLIGHTS), out.join(RESULTS));
     let known = Known { flights: results::read(&flights)?, parts: results::read(&parts)? };
     let started = Instant::now();
@@ -130,7 +130,7 @@ pub fn run(args: &super::Args) -> Result<Verdict> {
         deadline: started + Duration::from_secs(args.budget.unwrap_or(BUDGET_S)),
         device: smallest_device(),
         unbuildable: &unbuildable,
-        build: &build(),
+        build: &build()?,
         fly: &fly,
     };
     let found = search::<anyhow::Error>(&task, &known, &mut keep, &report);
@@ -169,7 +169,7 @@ fn scenes(names: &[String], seed: u64) -> Result<(Vec<Scene>, Vec<Subject>)> {
         let pose = Pose { position, attitude: Attitude::default() };
         let frame = still(&renderer, &pose, FIELD_OF_VIEW_RANGE_DEG[1], seed)?;
         subjects.push(Subject { name: name.clone(), frame: frame.clone(), picture: frame });
-        let hash = sha256(format!("{scene:?}{}", hash_of_pictures(&scene)?));
+        let hash = sha256(scene_identity(&scene)?);
         scenes.push(Scene { hash, name });
     }
     Ok((scenes, subjects))

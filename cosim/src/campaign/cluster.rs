@@ -53,7 +53,11 @@ impl Cluster {
             rows += &table::to_row(point)?;
         }
         if let Some(mut stdin) = child.stdin.take() {
-            stdin.write_all(rows.as_bytes()).map_err(failed("the Python module takes no points"))?;
+            match stdin.write_all(rows.as_bytes()) {
+                // The module has ended; its last line on stderr is the reason.
+                Err(error) if error.kind() == ErrorKind::BrokenPipe => {}
+                written => written.map_err(failed("the Python module takes no points"))?,
+            }
         }
         if let Some(stdout) = child.stdout.take() {
             for line in BufReader::new(stdout).lines() {

@@ -74,7 +74,7 @@ pub enum CampaignError {
     /// The table could not be read or written.
     #[error(transparent)]
     Journal(#[from] JournalError),
-    /// The file of the table is a folder or a device, or begins with another header.
+    /// The file of the table begins with another header.
     #[error("{path}: not a table of this command; name another file", path = .0.display())]
     OtherFile(PathBuf),
     /// The table has a row that is not a point.

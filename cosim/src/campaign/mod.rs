@@ -18,7 +18,8 @@ use std::path::Path;
 
 use hoverlock_design::DesignPoint;
 use hoverlock_edss::camera::FRAME_SIZE;
-use hoverlock_reports::journal;
+use hoverlock_reports::journal::Lock;
+use hoverlock_reports::provenance::COMMIT;
 use serde::Serialize;
 
 pub use cluster::Cluster;
@@ -163,8 +164,8 @@ impl Campaign {
     /// order of the points, whoever flew them.
     ///
     /// # Errors
-    /// The table cannot be read or written, a point cannot be flown, or `progress` stops the campaign. The table keeps
-    /// the points that were finished.
+    /// The table cannot be read or written, another process is writing it, a point cannot be flown, or `progress` stops
+    /// the campaign. The table keeps the points that were finished.
     pub fn run(
         &self,
         table: &Path,
@@ -172,10 +173,11 @@ impl Campaign {
         monitor: &dyn Monitor,
         progress: ReportProgress<'_>,
     ) -> Result<CampaignOutcome, CampaignError> {
+        let lock = Lock::new(table)?;
         let mut known = table::read(table, |flown: &FlownPoint| flown.point().key())?;
         let left: Vec<Point> = self.points.iter().filter(|point| !known.contains_key(&point.key())).cloned().collect();
         if !left.is_empty() {
-            journal::check(table)?;
+            lock.check_append()?;
         }
         let points = self.points.len();
         progress(CampaignProgress::Started { known: points - left.len(), points }).map_err(CampaignError::Stopped)?;
@@ -214,6 +216,11 @@ impl CampaignOutcome {
             pareto: designs.iter().filter(|design| design.pareto).map(|design| design.name.clone()).collect(),
             designs,
         }
+    }
+
+    /// Returns the number of points that were flown by another commit than that of this program.
+    pub fn of_other_commits(&self) -> usize {
+        self.points.iter().filter(|point| point.commit != COMMIT).count()
     }
 
     /// Returns the points of the checked designs that fail.

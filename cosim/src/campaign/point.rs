@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{CampaignError, table};
 use crate::chain::FeatureSource;
-use crate::hover::{CameraView, HoverSettings, hash_of_pictures, hover, load_scene};
+use crate::hover::{CameraView, HoverSettings, hover, load_scene, scene_identity};
 use crate::monitor::Monitor;
 
 /// A hover to be flown. The fields are the first columns of the table.
@@ -104,12 +104,12 @@ impl FlownPoint {
     }
 }
 
-/// Returns a hash of scene and design: of their numbers, and of the picture files that the scene names.
+/// Returns a hash of scene and design: see [`scene_identity`].
 ///
 /// # Errors
 /// A picture file cannot be read.
 pub(super) fn hash_of_inputs(scene: &Scene, design: &DesignPoint) -> Result<String, CampaignError> {
-    let mut digest = sha256(format!("{scene:?} {}{}", design.to_toml(), hash_of_pictures(scene)?));
+    let mut digest = sha256(format!("{} {}", scene_identity(scene)?, design.to_toml()));
     digest.truncate(8);
     Ok(digest)
 }
@@ -185,14 +185,18 @@ mod tests {
         assert!(own.len() == 8 && own == of(&format!("# a comment\n{field}"), "dog_bits=15"));
         assert_ne!(own, of(&field.replace("rms_m = 3.0", "rms_m = 3.1"), "dog_bits=15"));
         assert_ne!(own, of(field, "dog_bits=14"));
+        // The inputs of the rows that have been flown.
+        let parsed = Scene::parse(field, ".".as_ref()).unwrap();
+        assert_eq!(scene_identity(&parsed).unwrap(), format!("{parsed:?}"));
 
-        let folder = tempfile::tempdir().unwrap();
-        let picture = folder.path().join("ground.pgm");
-        let scene = format!("[ground.picture]\nfile = {picture:?}\ntexel_m = 0.1\n");
         let of_picture = |sample: u8| {
+            let folder = tempfile::tempdir().unwrap();
+            let picture = folder.path().join("ground.pgm");
             std::fs::write(&picture, [b"P5\n2 1\n255\n\x00", &[sample][..]].concat()).unwrap();
-            of(&scene, "dog_bits=15")
+            of(&format!("[ground.picture]\nfile = {picture:?}\ntexel_m = 0.1\n"), "dog_bits=15")
         };
         assert_ne!(of_picture(1), of_picture(2));
+        // Another folder is not another scene.
+        assert_eq!(of_picture(1), of_picture(1));
     }
 }

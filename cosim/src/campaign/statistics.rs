@@ -130,5 +130,7 @@ pub(crate) mod tests {
         let outcome = CampaignOutcome::new(vec!["kt27".into()], points.into());
         let page = outcome.page("hoverlock sweep").unwrap();
         assert!(page.contains("too far &lt;away&gt;") && page.contains("1 of 2"));
+        assert!(page.contains("<dt>flown by</dt><dd><code>0123456789ab</code></dd>"), "{page}");
+        assert_eq!(outcome.of_other_commits(), 2);
     }
 }

@@ -1,7 +1,7 @@
 //! The table of a campaign: one row of CSV for each flight.
 
 use std::collections::HashMap;
-use std::fs::{File, Permissions};
+use std::fs::{self, File, Permissions};
 use std::io::{Read as _, Write as _};
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
@@ -24,7 +24,8 @@ pub(super) fn from_row<T: DeserializeOwned>(row: &str) -> Result<T, CampaignErro
     Ok(table.deserialize().next().ok_or(CampaignError::EmptyRow)??)
 }
 
-/// Reads the rows of a table by their keys; none if there is no file. A file with another header stays as it is.
+/// Reads the rows of a table by their keys; none if there is no file. A file with another header stays as it is. The
+/// table is locked ([`journal::Lock`]), as a line that was cut off is removed from it.
 pub(super) fn read<T: DeserializeOwned>(
     table: &Path,
     key: impl Fn(&T) -> String,
@@ -43,10 +44,6 @@ pub(super) fn read<T: DeserializeOwned>(
 fn check_header<T: DeserializeOwned>(table: &Path) -> Result<(), CampaignError> {
     if !table.exists() {
         return Ok(());
-    }
-    // A device or a FIFO may never end.
-    if !table.is_file() {
-        return Err(CampaignError::OtherFile(table.into()));
     }
     let header = columns::<T>().join(",") + "\n";
     let mut begin = Vec::new();
@@ -94,7 +91,7 @@ pub(super) fn append(table: &Path, row: &impl Serialize) -> Result<(), CampaignE
     journal::append(table, |is_empty| Ok(bytes(row, is_empty)?))
 }
 
-/// Replaces the table by these rows. It is complete at any time.
+/// Replaces the table by these rows. It is complete at any time, and keeps its permissions.
 pub(super) fn replace<'a, T: Serialize + 'a>(
     table: &Path,
     rows: impl Iterator<Item = &'a T>,
@@ -102,11 +99,15 @@ pub(super) fn replace<'a, T: Serialize + 'a>(
     let mut text = csv::Writer::from_writer(Vec::new());
     rows.into_iter().try_for_each(|row| text.serialize(row))?;
     let bytes = text.into_inner().map_err(|error| csv::Error::from(error.into_error()))?;
-    let folder = table.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    // A link stays one: its target is replaced.
+    let target = table.canonicalize().unwrap_or_else(|_| table.to_owned());
+    let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let permissions = fs::metadata(&target).map_or_else(|_| Permissions::from_mode(0o644), |there| there.permissions());
     let write = || -> std::io::Result<()> {
-        let mut file = tempfile::Builder::new().permissions(Permissions::from_mode(0o644)).tempfile_in(folder)?;
+        let mut file = tempfile::NamedTempFile::new_in(folder)?;
+        file.as_file().set_permissions(permissions)?;
         file.write_all(&bytes)?;
-        file.persist(table)?;
+        file.persist(&target)?;
         Ok(())
     };
     Ok(write().map_err(|source| JournalError::Write { path: table.into(), source })?)
@@ -121,6 +122,7 @@ fn bytes(row: &impl Serialize, with_header: bool) -> Result<Vec<u8>, csv::Error>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hoverlock_reports::journal::Lock;
     use serde::Deserialize;
 
     #[derive(Debug, PartialEq, Serialize, Deserialize)]
@@ -140,7 +142,6 @@ mod tests {
             assert!(matches!(read(&table, key), Err(CampaignError::OtherFile(_))), "{text}");
             assert_eq!(std::fs::read_to_string(&table).unwrap(), text);
         }
-        assert!(matches!(read(folder.path(), key), Err(CampaignError::OtherFile(_))));
         for text in ["", "name,rm"] {
             std::fs::write(&table, text).unwrap();
             assert_eq!(read(&table, key).unwrap().len(), 0);
@@ -150,5 +151,37 @@ mod tests {
         let rows = ["b", "a"].map(|name| Row { name: name.into(), rms_m: 0.2 });
         replace(&table, rows.iter()).unwrap();
         assert_eq!(std::fs::read_to_string(&table).unwrap(), "name,rms_m\nb,0.2\na,0.2\n");
+
+        let link = folder.path().join("link.csv");
+        std::os::unix::fs::symlink("table.csv", &link).unwrap();
+        std::fs::set_permissions(&table, Permissions::from_mode(0o664)).unwrap();
+        replace(&link, rows[..1].iter()).unwrap();
+        assert!(link.is_symlink());
+        assert_eq!(std::fs::read_to_string(&table).unwrap(), "name,rms_m\nb,0.2\n");
+        assert_eq!(std::fs::metadata(&table).unwrap().permissions().mode() & 0o777, 0o664);
+    }
+
+    #[test]
+    fn a_table_is_locked_while_it_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let [table, link] = ["table.csv", "link.csv"].map(|name| folder.path().join(name));
+        let row = Row { name: "a".into(), rms_m: 0.1 };
+        let is_locked = |path: &Path| matches!(Lock::new(path), Err(JournalError::Locked(_)));
+        // An empty table is not left.
+        let lock = Lock::new(&table).unwrap();
+        assert!(table.exists() && is_locked(&table));
+        drop(lock);
+        assert!(!table.exists());
+        std::os::unix::fs::symlink("table.csv", &link).unwrap();
+        assert!(matches!(Lock::new(&link), Err(JournalError::LinkToNothing(_))) && link.is_symlink());
+        assert!(matches!(Lock::new(folder.path()), Err(JournalError::NotAFile(_))));
+
+        let lock = Lock::new(&table).unwrap();
+        append(&table, &row).unwrap();
+        assert!(is_locked(&link));
+        replace(&table, [&row].into_iter()).unwrap();
+        drop(lock);
+        assert_eq!(std::fs::read_to_string(&table).unwrap(), "name,rms_m\na,0.1\n");
+        drop(Lock::new(&link).unwrap());
     }
 }

@@ -142,7 +142,7 @@ pub(super) fn fly(
         since_shown.clear();
     }
     let (cycles, first_difference) = running.map_or((None, None), |chain| (chain.cycles(), chain.first_difference()));
-    outcome.finish(scene, cycles, first_difference, started.elapsed().as_secs_f64());
+    outcome.finish(scene, frames, cycles, first_difference, started.elapsed().as_secs_f64());
     Ok(outcome)
 }
 
@@ -208,24 +208,43 @@ fn fix(line: &FlightLine, exposed: f64) -> Option<Fix> {
 /// Keeps the pictures of the frame of the last row that page and animation show.
 fn keep_pictures(outcome: &mut HoverOutcome, number: usize, frames: usize, exposure: &Exposure, output: &FrameOutput) {
     let every = |count: usize| frames.div_ceil(count).max(1);
+    // Frames that did not arrive have no row.
+    let frame = outcome.rows.len() - 1;
     if number.is_multiple_of(every(MAX_STILLS)) {
         let (step, small) = reduced(&exposure.frame, STILL_COLUMNS);
-        // Frames that did not arrive have no row.
-        let frame = outcome.rows.len() - 1;
         outcome.stills.push(Picture { frame, small, step, inliers: output.inliers.clone() });
     }
     if number.is_multiple_of(every(MAX_ANIMATION_FRAMES)) {
         let (step, picture) = reduced(&exposure.frame, ANIMATION_COLUMNS);
         let estimate = output.line.displacement();
         let inliers = if estimate.is_some() { &output.inliers[..] } else { &[] };
-        let Moment { time, camera, wind, .. } = exposure.moment;
+        let Moment { time, wind, .. } = exposure.moment;
         outcome.scenes.push(animation::Scene {
             picture,
             inliers: inliers.iter().map(|pair| pair.current / step as f64).collect(),
             time,
-            place: camera.ground() - outcome.target(),
+            place: outcome.rows[frame].displacement(),
             estimate,
             wind: wind.xy(),
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hover::{Event, Scenario, hover};
+
+    /// After a capture the animation counts from the new reference, as table and plots do.
+    #[test]
+    fn the_animation_counts_from_the_reference() {
+        let scenario = Scenario { events: vec![Event::Capture { t: 1.0 }], ..Scenario::default() };
+        let scene = "helipad-in-mist".into();
+        let settings = HoverSettings { scene, seconds: 1.4, gusts_m_s: 5.0, scenario, ..HoverSettings::default() };
+        let outcome = hover(&settings, &()).unwrap();
+        let last = outcome.rows.last().unwrap();
+        assert!((last.origin - outcome.rows[0].origin).norm() > 1e-3, "{last:?}: no new reference");
+        let places = outcome.scenes.iter().map(|scene| scene.place);
+        assert!(places.eq(outcome.rows.iter().map(Row::displacement)));
     }
 }

@@ -237,16 +237,18 @@ pub fn load_scene(name: &str) -> Result<Scene, SceneFileError> {
     parse_scene(&text, name)
 }
 
-/// Returns the hashes of the picture files that a scene is made from, one after the other.
+/// Returns a text that is different for different scenes: their numbers, and the hashes of their picture files. It does
+/// not depend on where these files are.
 ///
 /// # Errors
 /// A picture file cannot be read.
-pub fn hash_of_pictures(scene: &Scene) -> Result<String, SceneFileError> {
+pub fn scene_identity(scene: &Scene) -> Result<String, SceneFileError> {
     let hash = |path: &Path| {
         let name = path.display().to_string();
         Ok(sha256(std::fs::read(path).map_err(|source| SceneFileError::Read { name, source })?))
     };
-    scene.pictures().into_iter().map(hash).collect()
+    let pictures: String = scene.pictures().into_iter().map(hash).collect::<Result<_, SceneFileError>>()?;
+    Ok(format!("{:?}{pictures}", scene.without_paths()))
 }
 
 /// Parses a scene; its pictures are searched in the folder of the file `name`.

@@ -77,14 +77,9 @@ impl HoverOutcome {
         }
     }
 
-    /// Returns the position to be held, along `X_e` and `Y_e`, m: that of the first frame.
-    pub fn target(&self) -> Vector2<f64> {
-        self.rows.first().map_or(Vector2::zeros(), Row::position)
-    }
-
     /// Returns the position of the helicopter without vision at the first frame, along `X_e` and `Y_e`, m.
     fn blind_target(&self) -> Vector2<f64> {
-        self.rows.first().map_or(self.target(), |row| row.blind)
+        self.rows.first().map_or(Vector2::zeros(), |row| row.blind)
     }
 
     /// Returns the number of frames with an estimate, and of all, among those that show the ground. They count from the
@@ -101,8 +96,15 @@ impl HoverOutcome {
         (!squares.is_empty()).then(|| squares.iter().sum::<f64>() / squares.len() as f64)
     }
 
-    /// Computes the statistics and the checks of the whole hover.
-    pub(super) fn finish(&mut self, scene: &Scene, cycles: Option<u64>, first_difference: Option<usize>, wall_s: f64) {
+    /// Computes the statistics and the checks of the whole hover, which has had `frames` frames.
+    pub(super) fn finish(
+        &mut self,
+        scene: &Scene,
+        frames: usize,
+        cycles: Option<u64>,
+        first_difference: Option<usize>,
+        wall_s: f64,
+    ) {
         let (blind_target, (answered, in_view)) = (self.blind_target(), self.answered());
         let (summary, rows) = (&mut self.summary, &self.rows);
         (summary.rms_m, summary.max_m) = rms_and_max(rows.iter().map(|row| row.displacement().norm()));
@@ -118,11 +120,9 @@ impl HoverOutcome {
         summary.lost = if summary.estimates > 0 { lost } else { 0 };
         summary.available = (summary.estimates > 0).then(|| answered as f64 / in_view.max(1) as f64);
         summary.misleading = rows.iter().filter(|row| row.is_misleading()).count();
-        let lost_in_a_row = rows.iter().skip(first).scan(0usize, |lost, row| {
-            *lost = if row.line.x_e_m.is_none() { *lost + 1 } else { 0 };
-            Some(*lost)
-        });
-        summary.longest_loss_s = lost_in_a_row.max().unwrap_or(0) as f64 / FRAME_RATE;
+        let estimated = rows.iter().filter(|row| row.line.x_e_m.is_some());
+        let longest_loss = longest_loss(estimated.map(|row| row.telemetry.frame as usize), frames);
+        summary.longest_loss_s = longest_loss as f64 / FRAME_RATE;
         let mut references: Vec<_> = rows.iter().filter_map(|row| row.line.reference).collect();
         references.dedup();
         summary.references = references.len();
@@ -208,6 +208,19 @@ fn described(settings: &HoverSettings, setup: &Setup, latency: f64) -> Vec<(Stri
     rows.map(|(name, value)| (name.to_owned(), value)).into()
 }
 
+/// Returns the largest number of successive frames without an estimate, after the first that has one or, if none has,
+/// after frame 0. `estimated` are the numbers of the frames with an estimate, of `frames` in all; frames that did not
+/// arrive count too.
+fn longest_loss(mut estimated: impl Iterator<Item = usize>, frames: usize) -> usize {
+    let first = estimated.next().unwrap_or(0);
+    let steps = estimated.chain([frames]).scan(first, |before, number| {
+        let lost = number - *before - 1;
+        *before = number;
+        Some(lost)
+    });
+    steps.max().unwrap_or(0)
+}
+
 /// Returns the root mean square and the largest of some values; 0 and 0 for none.
 fn rms_and_max(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let (mut squares, mut max, mut count) = (0.0, 0.0f64, 0usize);
@@ -217,4 +230,17 @@ fn rms_and_max(values: impl Iterator<Item = f64>) -> (f64, f64) {
         count += 1;
     }
     ((squares / count.max(1) as f64).sqrt(), max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::longest_loss;
+
+    #[test]
+    fn a_loss_is_from_one_estimate_to_the_next_or_to_the_end() {
+        let longest = |estimated: &[usize]| longest_loss(estimated.iter().copied(), 10);
+        assert_eq!([longest(&[3, 4, 5, 6, 7, 8, 9]), longest(&[0, 3, 8, 9])], [0, 4]);
+        // The last frames, whether they arrived or not; all frames after the reference.
+        assert_eq!([longest(&[2, 3]), longest(&[9]), longest(&[])], [6, 0, 9]);
+    }
 }

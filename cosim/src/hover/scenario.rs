@@ -21,12 +21,13 @@ use std::path::Path;
 
 use hoverlock_arm::calibration::Calibration;
 use hoverlock_arm::message::Command;
-use hoverlock_edss::camera::{FRAME_RATE, Optics};
+use hoverlock_edss::camera::{FIELD_OF_VIEW_RANGE_DEG, FRAME_RATE, FRAME_SIZE, Optics};
 use hoverlock_edss::flight::Altitude;
 use hoverlock_edss::obstruction::{Effect, Obstruction, Spot};
+use hoverlock_edss::render::Lens;
 use hoverlock_edss::scene::Scene;
-use hoverlock_edss::toml_text;
-use hoverlock_reference::motion::orthophoto::Attitude;
+use hoverlock_edss::{strict, toml_text};
+use hoverlock_reference::motion::orthophoto::{Attitude, Camera};
 use nalgebra::Vector3;
 use serde::de::{IgnoredAny, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -41,7 +42,8 @@ use crate::toml_file::{SCENARIO, TomlFileError};
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CameraErrors {
-    /// Radial distortion of the lens, of normalised coordinates (Brown 1966): -1 to 1.
+    /// Radial distortion of the lens, of normalised coordinates (Brown 1966): -1 to 1, and not so small that the lens
+    /// folds within the widest view ([`Lens::min_k1`]).
     pub k1: f64,
     /// Time from the read-out of the first row to that of the last, s: 0 to 0.1.
     pub readout_s: f64,
@@ -68,6 +70,17 @@ impl CameraErrors {
             ("boresight_deg", &boresight_deg, -5.0, 5.0),
         ];
         limits.into_iter().find_map(|(key, values, min, max)| OutOfRange::first(key, values, min, max))
+    }
+
+    /// Returns what is wrong with the distortion of the lens. Every flight begins with the widest view.
+    fn folded(&self) -> Option<String> {
+        let [_, widest] = FIELD_OF_VIEW_RANGE_DEG;
+        let (width, height) = FRAME_SIZE;
+        let min = Lens::min_k1(&Camera::with_field_of_view(width, height, widest.to_radians()).ok()?, width, height);
+        let k1 = self.k1;
+        (k1 < min).then(|| {
+            format!("k1 is {k1}, and must be at least {min:.3}: a lens below folds the corners of the frame over")
+        })
     }
 }
 
@@ -379,7 +392,7 @@ fn read_events(text: &str, path: &Path, key: Option<Spanned<DeValue<'_>>>) -> Re
         let mut named = DeTable::new();
         named.insert(Spanned::new(name.span(), kind), Spanned::new(begin.clone(), DeValue::Table(keys.clone())));
         let named = Spanned::new(begin.clone(), DeValue::Table(named));
-        let event = Event::deserialize(ValueDeserializer::from(named))
+        let event: Event = strict::deserialize(ValueDeserializer::from(named))
             .map_err(|error| SCENARIO.located(text, path, &place, Some(&keys), &error))?;
         match event.invalid() {
             Some(wrong) => Err(refused(begin.start, &format!("{place}{wrong}"))),
@@ -509,7 +522,7 @@ impl HoverSettings {
         let mut table = DeTable::parse(text).map_err(|error| SCENARIO.located(text, path, "", None, &error))?;
         let events = read_events(text, path, table.get_mut().remove("event"))?;
         let file: File = SCENARIO.deserialize(text, path, table)?;
-        if let Some(wrong) = file.camera.invalid() {
+        if let Some(wrong) = file.camera.invalid().map(|wrong| wrong.to_string()).or_else(|| file.camera.folded()) {
             return Err(invalid(format!("camera.{wrong}")));
         }
         // The keys of the file beside settings that are valid: a wrong option is not an error of the file.
@@ -622,6 +635,8 @@ mod tests {
             "line 2: event 1: t is -1, and must be 0 to 3600",
         );
         refused("scene = 'field'\n[camera]\nk1 = 3.0\n", "camera.k1 is 3, and must be -1 to 1");
+        refused("scene = 'field'\n[camera]\nk1 = -0.44\n", "camera.k1 is -0.44, and must be at least -0.42");
+        assert!(["-0.42", "1.0"].iter().all(|k1| read(&format!("scene = 'field'\n[camera]\nk1 = {k1}\n")).is_ok()));
         refused("scene = 'field'\n[camera]\nboresight_deg = [0.0, 9.0, 0.0]\n", "camera.boresight_deg is 9");
         let known = |k1| format!("scene = 'field'\n[calibration]\nk1 = {{ value = 0.01, {k1} }}\n");
         assert!(read(&known("sigma = 0.001")).is_ok_and(|settings| {
@@ -629,6 +644,18 @@ mod tests {
         }));
         refused(&known("sigma = -1.0"), "calibration.k1.sigma is -1, and must be 0 to 1");
         refused(&known("sigmas = 0.1"), "unknown field `sigmas`");
+        refused(
+            "scene = 'field'\n[camera]\nboresight_deg = [0.0, 0.0, 0.0, 1.0]\n",
+            "camera.boresight_deg: invalid length 4",
+        );
+        refused("scene = 'field'\ncamera = [0.1, 0.0]\n", "line 2: camera: invalid type: sequence");
+        let gust =
+            "scene = 'field'\n[[event]]\nt = 1.0\nevent = 'gust'\nseconds = 1.0\nwind_m_per_s = [1.0, 0.0, 0.0, 9.0]\n";
+        refused(gust, "line 6: event 1: wind_m_per_s: invalid length 4, expected an array of length 3");
+        refused(
+            "[scene.ground.grass]\n[[scene.tree]]\nat_m = [1, 2, 30]\nradius_m = 1\nheight_m = 2\n",
+            "line 3: scene.tree.0.at_m: invalid length 3, expected an array of length 2",
+        );
         let drop =
             "scene = 'field'\n[[event]]\nt = 1.0\nevent = 'drop'\nseconds = 1.0\nat = [0.5, 0.5]\nradius = 2.0\n";
         refused(drop, "line 2: event 1: radius is 2, and must be 0.001 to 1");

@@ -7,6 +7,7 @@ use hoverlock_reports::page::{PageError, SCRIPT, STYLE, environment, value};
 use hoverlock_reports::plot::{Axis, BLUE, Chart, GREEN, GREY, Mark, ORANGE, PlotError, Series, VIOLET};
 use hoverlock_reports::provenance::COMMIT;
 
+use super::flown_by;
 use crate::campaign::{CampaignOutcome, DEFAULT_DESIGN, DesignStatistics, FlownPoint};
 use crate::hover::CameraView;
 
@@ -49,6 +50,7 @@ fn html(outcome: &CampaignOutcome, command: &str) -> Result<String, PageError> {
         script => SCRIPT,
         commit => COMMIT,
         command => command,
+        commits => flown_by(points.iter().map(|point| point.commit.as_str())),
         points => points.len(),
         flown => points.iter().map(|point| point.seconds).sum::<f64>() / 60.0,
         checked => points.iter().filter(is_checked).count(),

@@ -7,3 +7,10 @@ pub(crate) mod flight;
 pub(crate) mod hover;
 pub(crate) mod random;
 pub(crate) mod still;
+
+use std::collections::BTreeSet;
+
+/// Returns the commits of the programs that flew, each once.
+fn flown_by<'a>(commits: impl Iterator<Item = &'a str>) -> String {
+    commits.collect::<BTreeSet<&str>>().into_iter().collect::<Vec<_>>().join(", ")
+}

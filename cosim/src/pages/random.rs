@@ -8,6 +8,7 @@ use hoverlock_reports::provenance::COMMIT;
 use minijinja::context;
 use serde::Serialize;
 
+use super::flown_by;
 use crate::campaign::random::{FlownFlight, RandomOutcome, Totals, by_group};
 
 const TEMPLATE: &str = include_str!("../../templates/random.html");
@@ -30,9 +31,6 @@ impl RandomOutcome {
     pub fn page(&self, command: &str) -> Result<String, PageError> {
         let groups: Vec<Group> =
             by_group(&self.flights).into_iter().map(|(name, totals)| Group { name, totals }).collect();
-        let mut commits: Vec<&str> = self.flights.iter().map(|flight| flight.commit.as_str()).collect();
-        commits.sort_unstable();
-        commits.dedup();
         let failed: Vec<&FlownFlight> = self.flights.iter().filter(|flight| flight.misleading > 0).collect();
         let mut environment = environment();
         environment.add_template("random.html", TEMPLATE)?;
@@ -41,7 +39,7 @@ impl RandomOutcome {
             script => SCRIPT,
             commit => COMMIT,
             command => command,
-            commits => commits.join(", "),
+            commits => flown_by(self.flights.iter().map(|flight| flight.commit.as_str())),
             totals => value(self.totals),
             seed => self.flights.first().map(|flight| flight.seed),
             failed => value(failed),
@@ -91,7 +89,7 @@ fn availability(flights: &[FlownFlight]) -> Result<String, PlotError> {
     let last = flights.iter().map(|flight| flight.number).max().unwrap_or(1);
     let of = |is_misleading: bool| -> Vec<(f64, f64)> {
         let own = flights.iter().filter(|flight| (flight.misleading > 0) == is_misleading);
-        own.map(|flight| (f64::from(flight.number), 100.0 * flight.availability())).collect()
+        own.filter_map(|flight| Some((f64::from(flight.number), 100.0 * flight.availability()?))).collect()
     };
     let dots = |name: &str, colour, points| Series { name: name.into(), colour, mark: Mark::Dots(3), points };
     Chart {

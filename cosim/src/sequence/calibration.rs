@@ -56,6 +56,11 @@ mod tests {
             ("focal = { value = nan, sigma = 0.1 }\n", "focal.value is NaN, and must be -0.1 to 0.1"),
             ("readout_s = { value = 0.01, sigma = -1.0 }\n", "readout_s.sigma is -1, and must be 0 to 0.1"),
             ("principal_px = { value = [1.0], sigma = 1.0 }\n", "line 1: principal_px.value: invalid length 1"),
+            (
+                "principal_px = { value = [1.0, 2.0, 3.0], sigma = 1.0 }\n",
+                "line 1: principal_px.value: invalid length 3",
+            ),
+            ("k1 = [0.1, 0.01]\n", "line 1: k1: invalid type: sequence, expected { value = .., sigma = .. }"),
         ] {
             let refused = read_text(text).unwrap_err();
             assert!(refused.contains(why), "{refused}");

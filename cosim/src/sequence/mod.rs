@@ -22,7 +22,7 @@ pub use frame::FrameFile;
 pub use inertial::InertialError;
 pub use pseudo_truth::{PseudoTruth, PseudoTruthError};
 pub use telemetry::TelemetryError;
-pub use writer::{SequenceWriter, png};
+pub use writer::{frame_name, inertial_header, inertial_rows, is_frame, png, telemetry_header, telemetry_row};
 
 use crate::Monitor;
 use crate::toml_file::TomlFileError;
@@ -30,11 +30,6 @@ use crate::toml_file::TomlFileError;
 /// File name of the telemetry in the folder.
 pub const TELEMETRY: &str = "telemetry.csv";
 
-/// Returns `true` if a file name is one that [`SequenceWriter`] gives to a frame.
-pub fn is_frame(name: &str) -> bool {
-    name.strip_suffix(".png")
-        .is_some_and(|number| number.len() >= 5 && number.bytes().all(|byte| byte.is_ascii_digit()))
-}
 /// File name of the samples of the inertial sensor in the folder.
 pub const INERTIAL: &str = "inertial.csv";
 /// File name of the camera's calibration in the folder.
@@ -65,7 +60,7 @@ const HOVER_FORCE_M_PER_S2: RangeInclusive<f64> = -15.0..=-5.0;
 pub const ASSUMED_TELEMETRY: &str = "assumed: roll, pitch and yaw 0, range 20 m, field of view 50 degrees, frames 2 s \
                                      apart; standard errors 5 degrees of tilt, 10 of heading, 1 m of range";
 
-/// The frames of a folder in order of their names.
+/// The frames of a folder with their data; see [`read`].
 pub struct Sequence {
     /// The frames, all of one size: at least two.
     pub frames: Vec<FrameFile>,
@@ -116,6 +111,17 @@ pub enum SequenceError {
     /// The samples of the inertial sensor were refused.
     #[error(transparent)]
     Inertial(#[from] InertialError),
+    /// There are samples of the inertial sensor, and no times of the frames.
+    #[error(
+        "{inertial}: its samples need the times of the frames, and there is no {telemetry}; add it, or move the \
+         samples away"
+    )]
+    InertialAlone {
+        /// The table of the samples.
+        inertial: PathBuf,
+        /// The telemetry that is missing.
+        telemetry: PathBuf,
+    },
     /// The calibration was refused.
     #[error(transparent)]
     Calibration(#[from] TomlFileError),
@@ -124,9 +130,11 @@ pub enum SequenceError {
     PseudoTruth(#[from] PseudoTruthError),
 }
 
-/// Reads a folder of pictures in the order of their names, with the optional files [`TELEMETRY`], [`INERTIAL`],
-/// [`CALIBRATION`] and [`HOMOGRAPHIES`].
-/// Pictures larger than a frame of `kt27` are cropped to their centre, and the field of view is reduced accordingly.
+/// Reads a folder of pictures in the order of [`folder::pictures_in`], with the optional files [`TELEMETRY`],
+/// [`INERTIAL`], [`CALIBRATION`] and [`HOMOGRAPHIES`].
+///
+/// Pictures larger than the `largest` frame (columns, rows) are cropped to their centre. Field of view, read-out time
+/// and times of telemetry and calibration, which are those of the whole picture, are converted to those of the frame.
 /// The monitor receives a remark if pictures are turned or cropped, if samples of the inertial sensor do not fit the
 /// frames or a hover, and if the homographies belong to no frame. A picture of one value is a frame.
 ///
@@ -134,8 +142,13 @@ pub enum SequenceError {
 ///
 /// # Errors
 /// The folder has fewer than two pictures, pictures of different sizes, a picture with fewer than 64 rows or columns,
-/// or a file that cannot be read.
-pub fn read(folder: &Path, limits: &Limits, monitor: &dyn Monitor) -> Result<Sequence, SequenceError> {
+/// samples of the inertial sensor without telemetry, or a file that cannot be read.
+pub fn read(
+    folder: &Path,
+    limits: &Limits,
+    largest: (usize, usize),
+    monitor: &dyn Monitor,
+) -> Result<Sequence, SequenceError> {
     if !folder.is_dir() {
         return Err(SequenceError::NotAFolder(folder.into()));
     }
@@ -143,23 +156,35 @@ pub fn read(folder: &Path, limits: &Limits, monitor: &dyn Monitor) -> Result<Seq
     if files.len() < 2 {
         return Err(SequenceError::OnePicture(folder.into()));
     }
-    let frames = check_all(files, limits, monitor)?;
-    let first = &frames[0];
-    let table = folder.join(TELEMETRY);
+    let [table, samples] = [TELEMETRY, INERTIAL].map(|name| folder.join(name));
     let is_telemetry_assumed = !is_there(&table);
+    // The assumed times are those of no clock.
+    if is_telemetry_assumed && is_there(&samples) {
+        return Err(SequenceError::InertialAlone { inertial: samples, telemetry: table });
+    }
+    let frames = check_all(files, limits, largest, monitor)?;
+    let first = &frames[0];
     let mut telemetry =
         if is_telemetry_assumed { assumed(frames.len()) } else { telemetry::read(&table, frames.len())? };
-    // The telemetry has the field of view of the whole picture; the frame is its centre.
+    let file = folder.join(CALIBRATION);
+    let mut calibration = is_there(&file).then(|| calibration::read(&file)).transpose()?;
+    // Telemetry and calibration are those of the whole picture; the frame is its centre.
     for readings in &mut telemetry {
         readings.field_of_view = 2.0 * (first.part() * (readings.field_of_view / 2.0).tan()).atan();
     }
-    let table = folder.join(INERTIAL);
-    let inertial = if is_there(&table) { inertial::read(&table)? } else { Vec::new() };
-    for remark in [remark_on_times(&inertial, &telemetry), remark_on_force(&inertial)].into_iter().flatten() {
-        monitor.remark(&format!("{}: {remark}", table.display()));
+    if let Some(calibration) = &mut calibration {
+        let [begin, part] = first.readout();
+        if !is_telemetry_assumed {
+            let begin_us = (1e6 * begin * calibration.readout_s.value).round() as u64;
+            telemetry.iter_mut().for_each(|readings| readings.time_us += begin_us);
+        }
+        calibration.readout_s.value *= part;
+        calibration.readout_s.sigma *= part;
     }
-    let file = folder.join(CALIBRATION);
-    let calibration = is_there(&file).then(|| calibration::read(&file)).transpose()?;
+    let inertial = if is_there(&samples) { inertial::read(&samples)? } else { Vec::new() };
+    for remark in [remark_on_times(&inertial, &telemetry), remark_on_force(&inertial)].into_iter().flatten() {
+        monitor.remark(&format!("{}: {remark}", samples.display()));
+    }
     let table = folder.join(HOMOGRAPHIES);
     let mut pseudo_truths = vec![None; frames.len()];
     if is_there(&table) {
@@ -172,12 +197,17 @@ pub fn read(folder: &Path, limits: &Limits, monitor: &dyn Monitor) -> Result<Seq
 }
 
 /// Checks the pictures of a sequence, which have one size.
-fn check_all(files: Vec<PathBuf>, limits: &Limits, monitor: &dyn Monitor) -> Result<Vec<FrameFile>, SequenceError> {
+fn check_all(
+    files: Vec<PathBuf>,
+    limits: &Limits,
+    largest: (usize, usize),
+    monitor: &dyn Monitor,
+) -> Result<Vec<FrameFile>, SequenceError> {
     let _step = monitor.long_step("checking the pictures");
     let mut frames = Vec::<FrameFile>::new();
     let mut others = 0;
     for path in files {
-        let (frame, remarks) = FrameFile::check(path, limits)?;
+        let (frame, remarks) = FrameFile::check(path, limits, largest)?;
         let frame = match frames.first() {
             Some(first) => frame.require_size_of(first)?,
             None => frame,

@@ -18,7 +18,7 @@ const DEFAULT_FRAME_RATE: f64 = 15.0;
 const DEFAULT_STANDARD_ERRORS: [f64; 3] = [0.2, 1.0, 0.1];
 
 /// The columns that a table can have.
-const COLUMNS: [&str; 9] =
+pub(super) const COLUMNS: [&str; 9] =
     ["time_s", "roll_deg", "pitch_deg", "yaw_deg", "range_m", "fov_deg", "tilt_se_deg", "heading_se_deg", "range_se_m"];
 
 /// Least and largest range of a row, m: those of a laser that a hover simulates, too.

@@ -1,4 +1,4 @@
-//! Frames and telemetry in the form that [`super::read`] reads.
+//! Frames and tables in the form that [`super::read`] reads.
 
 use std::io::Cursor;
 
@@ -9,7 +9,18 @@ use hoverlock_reference::motion::orthophoto::Attitude;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder as _, ImageError};
 
-const HEADER: &str = "time_s,roll_deg,pitch_deg,yaw_deg,range_m,fov_deg,tilt_se_deg,heading_se_deg,range_se_m\n";
+use super::{inertial, telemetry};
+
+/// Returns the file name of a frame.
+pub fn frame_name(number: usize) -> String {
+    format!("{number:05}.png")
+}
+
+/// Returns `true` if a file name is one that [`frame_name`] gives to a frame.
+pub fn is_frame(name: &str) -> bool {
+    name.strip_suffix(".png")
+        .is_some_and(|number| number.len() >= 5 && number.bytes().all(|byte| byte.is_ascii_digit()))
+}
 
 /// Encodes a frame as a PNG file of 16-bit samples.
 ///
@@ -24,57 +35,32 @@ pub fn png(frame: &Plane<u16>) -> Result<Vec<u8>, ImageError> {
     Ok(png.into_inner())
 }
 
-/// Encodes frames as PNG files and collects their telemetry. It writes no files.
-pub struct SequenceWriter {
-    table: String,
-    inertial: String,
+/// Returns the header of the file [`super::TELEMETRY`], a line.
+pub fn telemetry_header() -> String {
+    telemetry::COLUMNS.join(",") + "\n"
 }
 
-impl Default for SequenceWriter {
-    fn default() -> Self {
-        Self { table: HEADER.into(), inertial: super::inertial::COLUMNS.join(",") + "\n" }
-    }
+/// Returns the row of a frame in the file [`super::TELEMETRY`], a line.
+pub fn telemetry_row(telemetry: &Telemetry) -> String {
+    let Telemetry { time_us, attitude, range, field_of_view, sensors, .. } = telemetry;
+    let Attitude { roll, pitch, yaw } = attitude;
+    let SensorErrors { tilt, heading, range: error } = sensors;
+    let angles = [roll, pitch, yaw].map(|angle| angle.to_degrees().to_string()).join(",");
+    let [view, tilt, heading] = [field_of_view, tilt, heading].map(|angle| angle.to_degrees());
+    let time = *time_us as f64 / 1e6;
+    format!("{time},{angles},{range},{view},{tilt},{heading},{error}\n")
 }
 
-impl SequenceWriter {
-    /// Adds a row to the table, and returns file name and content of the frame.
-    ///
-    /// # Errors
-    /// The PNG encoder fails.
-    pub fn add(
-        &mut self,
-        number: usize,
-        frame: &Plane<u16>,
-        telemetry: &Telemetry,
-    ) -> Result<(String, Vec<u8>), ImageError> {
-        let png = png(frame)?;
-        let Telemetry { time_us, attitude, range, field_of_view, sensors, .. } = telemetry;
-        let Attitude { roll, pitch, yaw } = attitude;
-        let SensorErrors { tilt, heading, range: error } = sensors;
-        let angles = [roll, pitch, yaw].map(|angle| angle.to_degrees().to_string()).join(",");
-        let [view, tilt, heading] = [field_of_view, tilt, heading].map(|angle| angle.to_degrees());
-        let time = *time_us as f64 / 1e6;
-        self.table += &format!("{time},{angles},{range},{view},{tilt},{heading},{error}\n");
-        Ok((format!("{number:05}.png"), png))
-    }
+/// Returns the header of the file [`super::INERTIAL`], a line.
+pub fn inertial_header() -> String {
+    inertial::COLUMNS.join(",") + "\n"
+}
 
-    /// Adds samples of the inertial sensor, later ones than those before.
-    pub fn add_inertial(&mut self, samples: &[InertialSample]) {
-        for sample in samples {
-            let values = sample.rates.iter().chain(&sample.force).map(f64::to_string).collect::<Vec<_>>().join(",");
-            self.inertial += &format!("{},{values}\n", sample.time_us as f64 / 1e6);
-        }
-    }
-
-    /// Returns the samples of the inertial sensor so far as CSV with a header, the content of the file
-    /// [`super::INERTIAL`].
-    pub fn inertial_table(&self) -> &str {
-        &self.inertial
-    }
-
-    /// Returns the telemetry of all frames added so far as CSV with a header, the content of the file
-    /// [`super::TELEMETRY`].
-    pub fn table(&self) -> &str {
-        &self.table
-    }
+/// Returns the rows of samples in the file [`super::INERTIAL`], a line each.
+pub fn inertial_rows(samples: &[InertialSample]) -> String {
+    let row = |sample: &InertialSample| {
+        let values = sample.rates.iter().chain(&sample.force).map(f64::to_string).collect::<Vec<_>>().join(",");
+        format!("{},{values}\n", sample.time_us as f64 / 1e6)
+    };
+    samples.iter().map(row).collect()
 }

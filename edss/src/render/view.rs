@@ -18,7 +18,22 @@ pub struct Lens {
     pub k2: f64,
 }
 
+/// Smallest slope of the distorted radius over the undistorted one with which [`Lens::correction`] iterates; 0 is the
+/// fold of the lens.
+const MIN_SLOPE: f64 = 0.1;
+
 impl Lens {
+    /// Returns the least `k1` of a lens without `k2` for a frame of `width` x `height` px: the slope of the distorted
+    /// radius is at least 0.1 up to the corners. A lens whose slope falls to 0 folds there, and the pixels beyond have
+    /// no ray.
+    ///
+    /// At the slope `m = 1 + 3 k1 r^2` the distorted radius is `s = r (2 + m) / 3`, so
+    /// `k1 = (m - 1) (2 + m)^2 / (27 s^2)`.
+    pub fn min_k1(camera: &Camera, width: usize, height: usize) -> f64 {
+        let last = max_squared(camera, width, height) * (TABLE_STEPS + 1) as f64 / TABLE_STEPS as f64;
+        (MIN_SLOPE - 1.0) * (2.0 + MIN_SLOPE).powi(2) / (27.0 * last)
+    }
+
     /// Returns the direction of a pixel in the camera frame, with `z = 1`.
     pub fn direction(&self, pixel: Vector2<f64>) -> Vector3<f64> {
         let seen = self.camera.inverse() * pixel.push(1.0);
@@ -44,8 +59,8 @@ impl Lens {
         for _ in 0..12 {
             let q = r * r;
             let error = r * (1.0 + q * (self.k1 + q * self.k2)) - seen;
-            // A lens that folds over has no inverse beyond the fold; the bound keeps the result finite there.
-            let rate = (1.0 + q * (3.0 * self.k1 + 5.0 * q * self.k2)).max(0.1);
+            // A lens that folds over has no inverse beyond the fold, where the iteration diverges: see `min_k1`.
+            let rate = (1.0 + q * (3.0 * self.k1 + 5.0 * q * self.k2)).max(MIN_SLOPE);
             r -= error / rate;
         }
         if seen > 0.0 { r / seen } else { 1.0 }
@@ -67,9 +82,7 @@ impl Corrections {
         if lens.k1 == 0.0 && lens.k2 == 0.0 {
             return None;
         }
-        let corner = |x: usize, y: usize| (lens.camera.inverse() * Vector3::new(x as f64, y as f64, 1.0)).xy();
-        let corners = [corner(0, 0), corner(width, 0), corner(0, height), corner(width, height)];
-        let most = corners.iter().map(|c| c.norm_squared()).fold(1e-9, f64::max) * 1.01;
+        let most = max_squared(&lens.camera, width, height);
         let table =
             (0..=TABLE_STEPS + 1).map(|i| lens.correction(most * i as f64 / TABLE_STEPS as f64) as f32).collect();
         Some(Self { table, per_square: (TABLE_STEPS as f64 / most) as f32 })
@@ -85,10 +98,35 @@ impl Corrections {
     }
 }
 
+/// Returns the largest squared distorted radius for which a frame needs a correction, with a margin.
+fn max_squared(camera: &Camera, width: usize, height: usize) -> f64 {
+    let corner = |x: usize, y: usize| (camera.inverse() * Vector3::new(x as f64, y as f64, 1.0)).xy();
+    let corners = [corner(0, 0), corner(width, 0), corner(0, height), corner(width, height)];
+    corners.iter().map(|c| c.norm_squared()).fold(1e-9, f64::max) * 1.01
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    #[test]
+    fn the_corners_of_a_frame_come_back_down_to_the_least_distortion() {
+        for degrees in [5.4f64, 50.0, 90.0] {
+            let camera = Camera::with_field_of_view(1024, 768, degrees.to_radians()).unwrap();
+            let k1 = Lens::min_k1(&camera, 1024, 768);
+            let lens = Lens { camera, k1, k2: 0.0 };
+            for pixel in [Vector2::new(0.0, 0.0), Vector2::new(1024.0, 768.0)] {
+                assert!((lens.pixel(lens.direction(pixel)) - pixel).norm() < 1e-6, "{degrees} degrees: k1 {k1}");
+            }
+            let table = Corrections::new(&lens, 1024, 768).unwrap().table;
+            assert!(table.iter().all(|correction| (1.0..1.5).contains(correction)), "{degrees} degrees: k1 {k1}");
+        }
+        // At 50 degrees the squared radius of a corner is 0.34; the lens folds there at k1 = -4/27 of its inverse.
+        let camera = Camera::with_field_of_view(1024, 768, 50f64.to_radians()).unwrap();
+        let k1 = Lens::min_k1(&camera, 1024, 768);
+        assert!((-0.436..-0.42).contains(&k1), "{k1}");
+    }
 
     proptest! {
         #[test]

@@ -3,12 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use hoverlock_pictures::{Limits, PictureFile, demo_dir};
-use serde::Deserialize as _;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::{Ground, Relief, Scene};
-use crate::toml_text;
+use crate::{strict, toml_text};
 
 /// An error in a scene file, shown as `line N: KEY: why`.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -45,7 +44,7 @@ pub(super) fn parse(text: &str, key: Option<&str>, folder: &Path) -> Result<Scen
         Some(key) => format!("{key}.{inner}"),
         None => inner,
     };
-    let mut scene = Scene::deserialize(ValueDeserializer::from(root.clone())).map_err(|error| {
+    let mut scene: Scene = strict::deserialize(ValueDeserializer::from(root.clone())).map_err(|error| {
         let start = error.span().map_or(begin, |span| span.start);
         // A missing table concerns the whole scene and not its first key.
         let whole = start == begin && error.message().starts_with("missing");

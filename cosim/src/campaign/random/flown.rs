@@ -139,9 +139,9 @@ impl FlownFlight {
         }
     }
 
-    /// Returns the share of the frames that show the ground which have an estimate.
-    pub fn availability(&self) -> f64 {
-        self.answered as f64 / self.in_view.max(1) as f64
+    /// Returns the share of the frames that show the ground which have an estimate; `None` if no frame shows it.
+    pub fn availability(&self) -> Option<f64> {
+        share(self.answered, self.in_view)
     }
 
     /// Returns error (m), protection level (m), each the middle of its cell, and number of frames. Cells that cannot be
@@ -179,6 +179,11 @@ fn group(kind: &str, value: &str) -> String {
         "gusts" => range([1.5, 3.5], "m/s"),
         _ => kind.to_owned(),
     }
+}
+
+/// Returns the share of the frames that show the ground which have an estimate; `None` if no frame shows it.
+pub(super) fn share(answered: usize, in_view: usize) -> Option<f64> {
+    (in_view > 0).then(|| answered as f64 / in_view as f64)
 }
 
 /// Returns the cell of an error or a protection level (m).
@@ -241,10 +246,21 @@ pub(crate) mod tests {
         let flights = vec![flown(1, 0), flown(2, 3)];
         let totals = Totals::new(flights.iter());
         assert_eq!((totals.flights, totals.misleading_flights, totals.misleading, totals.estimates), (2, 1, 3, 18));
-        assert!((totals.availability - 0.9).abs() < 1e-12 && (totals.error_rms_m - 0.03).abs() < 1e-12);
+        assert!(totals.availability == Some(0.9) && (totals.error_rms_m - 0.03).abs() < 1e-12);
         assert_eq!(by_group(&flights).iter().map(|(_, totals)| totals.flights).collect::<Vec<_>>(), [2; 4]);
         let outcome = RandomOutcome { pass: false, totals, flights };
         let page = outcome.page("hoverlock <sweep>").unwrap();
         assert!(page.contains("1 of 2 flights") && page.contains("hoverlock &lt;sweep&gt;") && page.contains("FAIL"));
+    }
+
+    #[test]
+    fn a_flight_over_water_has_no_availability() {
+        let water = FlownFlight { in_view: 0, answered: 0, ingredients: "ground=water".into(), ..flown(1, 0) };
+        assert_eq!(water.availability(), None);
+        assert_eq!(Totals::new([&water, &flown(2, 0)].into_iter()).availability, Some(0.9));
+        let totals = Totals::new([&water].into_iter());
+        assert_eq!(totals.availability, None);
+        let page = RandomOutcome { pass: true, totals, flights: vec![water] }.page("hoverlock sweep").unwrap();
+        assert!(page.contains("<b>-</b>") && page.contains("<td class=\"n\">-</td>"), "{page}");
     }
 }

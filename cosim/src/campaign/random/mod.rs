@@ -9,7 +9,8 @@ mod statistics;
 
 use std::path::Path;
 
-use hoverlock_reports::journal;
+use hoverlock_reports::journal::Lock;
+use hoverlock_reports::provenance::COMMIT;
 use serde::Serialize;
 
 pub use draw::{Ingredient, RandomFlight};
@@ -63,6 +64,13 @@ pub struct RandomOutcome {
     pub flights: Vec<FlownFlight>,
 }
 
+impl RandomOutcome {
+    /// Returns the number of flights that were flown by another commit than that of this program.
+    pub fn of_other_commits(&self) -> usize {
+        self.flights.iter().filter(|flight| flight.commit != COMMIT).count()
+    }
+}
+
 /// Draws the flights of a campaign.
 pub fn draw_all(settings: &RandomSettings) -> Vec<RandomFlight> {
     let RandomSettings { seed, flights, seconds, .. } = *settings;
@@ -72,8 +80,8 @@ pub fn draw_all(settings: &RandomSettings) -> Vec<RandomFlight> {
 /// Flies the flights that the table does not have, and appends each to it.
 ///
 /// # Errors
-/// The table cannot be read or written, a flight fails, or `progress` stops the campaign. The table keeps the flights
-/// that were finished.
+/// The table cannot be read or written, another process is writing it, a flight fails, or `progress` stops the
+/// campaign. The table keeps the flights that were finished.
 pub fn fly_campaign(
     settings: &RandomSettings,
     table: &Path,
@@ -86,11 +94,12 @@ pub fn fly_campaign(
         .map(|flight| (flown::key(flight.seed, flight.number, &flown::hash(&flight), features), flight))
         .collect();
     let key = |row: &FlownFlight| flown::key(row.seed, row.number, &row.scenario, row.features);
+    let lock = Lock::new(table)?;
     let mut known = table::read(table, key)?;
     let left: Vec<RandomFlight> =
         drawn.iter().filter(|(key, _)| !known.contains_key(key)).map(|(_, flight)| flight.clone()).collect();
     if !left.is_empty() {
-        journal::check(table)?;
+        lock.check_append()?;
     }
     progress(RandomProgress::Started { known: drawn.len() - left.len(), flights: drawn.len() })
         .map_err(CampaignError::Stopped)?;

@@ -23,7 +23,12 @@ pub struct Shrunk {
 
 /// Returns `true` if a flight fails in the way of another: by a misleading frame, or else by its availability.
 fn fails_like(flown: &FlownFlight, first: &FlownFlight) -> bool {
-    if first.misleading > 0 { flown.misleading > 0 } else { flown.availability() < MIN_AVAILABILITY }
+    if first.misleading > 0 {
+        flown.misleading > 0
+    } else {
+        // A flight without a view of the ground has nothing to answer.
+        flown.availability().is_some_and(|availability| availability < MIN_AVAILABILITY)
+    }
 }
 
 /// Removes ingredients, the last ones first, as long as the flight fails in the same way; a flight with a misleading
@@ -59,5 +64,18 @@ pub fn shrink(
         if shrunk.flight.ingredients.len() == ingredients {
             return Ok(shrunk);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::random::flown::tests::flown;
+
+    #[test]
+    fn a_flight_fails_by_frames_that_show_the_ground() {
+        let rarely = flown(1, 0);
+        let water = FlownFlight { in_view: 0, answered: 0, ..flown(1, 0) };
+        assert!(fails_like(&rarely, &rarely) && !fails_like(&water, &water) && !fails_like(&water, &rarely));
     }
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::FlownFlight;
+use super::flown::share;
 
 /// Totals of some flights.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
@@ -19,8 +20,8 @@ pub struct Totals {
     pub misleading: usize,
     /// Number of estimates from a search that the work limit ended.
     pub late: usize,
-    /// Share of the frames that show the ground which have an estimate; 0 without such frames.
-    pub availability: f64,
+    /// Share of the frames that show the ground which have an estimate; `None` without such frames.
+    pub availability: Option<f64>,
     /// Mean normalised squared error over flights, 2 if the covariance is true; 0 without an estimate.
     pub nees: f64,
     /// Rms of estimate less truth over flights, m; 0 without an estimate.
@@ -52,7 +53,7 @@ impl Totals {
         let count = with_estimate.max(1) as f64;
         totals.nees /= count;
         totals.error_rms_m = (totals.error_rms_m / count).sqrt();
-        totals.availability = f64::from(answered as u32) / f64::from(in_view.max(1) as u32);
+        totals.availability = share(answered, in_view);
         totals
     }
 }
