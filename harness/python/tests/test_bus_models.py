@@ -159,6 +159,27 @@ def test_a_monitor_listens_inside_the_design():
     assert hoverlock.simulate(design, bench) == [[1, 2, 3], [0xFFFE, 0xFFFD, 0xFFFC]]
 
 
+def test_both_sides_of_a_stream_are_cleared():
+    async def bench(dut):
+        source = AvalonSource(dut, "in_", dut.clk, reset=dut.rst)
+        sink = AvalonSink(dut, "out_", dut.clk, reset=dut.rst)
+        await reset(dut)
+        source.send(range(40))
+        source.send([7, 8])
+        await ClockCycles(dut.clk, 5)
+        dut.rst.value = 1
+        await ClockCycles(dut.clk, 2)
+        assert source.pending == 1, "the beat of the second packet"
+        source.clear()
+        sink.clear()
+        dut.rst.value = 0
+        await ClockCycles(dut.clk, 2)
+        source.send([1, 2, 3])
+        assert (await with_timeout(sink.recv(), 1, "us")).symbols.tolist() == [1, 2, 3] and sink.try_recv() is None
+
+    hoverlock.simulate(Design(FOLDER + "avalon_fifo.v", top="avalon_fifo"), bench)
+
+
 # ---- AXI4-Stream
 
 

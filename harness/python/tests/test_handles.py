@@ -195,6 +195,54 @@ def test_a_bit_of_a_signal_has_edges():
     simulate(generated, bench)
 
 
+@pytest.mark.parametrize("verilator", verilators())
+def test_bits_have_the_indices_of_their_declaration(verilator):
+    async def bench(dut):
+        dut.up.value = dut.from_one.value = dut.around.value = dut.long_up.value = 0
+        dut.up[0].value = 1
+        dut.from_one[1].value = 1
+        dut.around[-2].value = 1
+        dut.long_up[70].value = 1
+        await Timer(1, "ns")
+        assert dut.up_as_number.value == 0x80 and dut.from_one_as_number.value == 1
+        assert dut.around_as_number.value == 0x20 and dut.long_as_number.value == 1
+        assert dut.up[0].value == 1 and dut.up[7].value == 0 and dut.up[0:3].value == 8
+        dut.up[4:7].value = 5
+        dut.from_one[8:5].value = 0xA
+        await Timer(1, "ns")
+        assert dut.up.value == 0x85 and dut.from_one.value == 0xA1
+        assert (dut.up._range, dut.from_one._range, dut.around._range, dut.counted._range) == ((0, 7), (8, 1), (-2, 3), (7, 0))
+        assert repr(dut.up[4:7]) == "<up[4:7]>" and repr(RisingEdge(dut.from_one[8])) == "RisingEdge(from_one[8])"
+        for wrong in (lambda: dut.up[8], lambda: dut.from_one[0], lambda: dut.up[7:4], lambda: dut.from_one[1:4], lambda: dut.up[-1]):
+            with pytest.raises(IndexError):
+                wrong()
+        hoverlock.start_soon(rise(dut))
+        await RisingEdge(dut.from_one[3])
+        assert hoverlock.get_sim_time("ns") == 12
+
+    async def rise(dut):
+        await Timer(10, "ns")
+        dut.from_one.value = 4
+
+    simulate(Design("designs/ranges.v", top="ranges", verilator=verilator), bench)
+
+
+def test_a_write_of_some_bits_after_an_edge_leaves_what_the_edge_made_of_the_others():
+    async def bench(dut):
+        Clock(dut.clk, 10, "ns").start()
+        for _ in range(4):
+            await RisingEdge(dut.clk)
+            dut.count.value = 5
+            await hoverlock.ReadOnly()
+            assert dut.count.value == 5
+        await RisingEdge(dut.clk)
+        dut.count[7].value = 1
+        await hoverlock.ReadOnly()
+        assert dut.count.value == dut.counted.value == 0x86
+
+    simulate(Design("designs/ranges.v", top="ranges", internals=["count"]), bench)
+
+
 @pytest.mark.parametrize(("choice", "expected"), [("zeros", {0b0001}), ("ones", {0b1101}), ("random", {0b0001, 0b0101, 0b1001, 0b1101})])
 def test_digits_that_a_signal_cannot_have(caplog, choice, expected):
     from hoverlock.cocotb.types import LogicArray

@@ -90,6 +90,16 @@ async def clock_cycles_counts_edges(dut):
     assert get_sim_time("ns") == at + 85
     await ClockCycles(dut.clk, 0)
     assert get_sim_time("ns") == at + 85
+    await ClockCycles(dut.clk, 4, ValueChange)
+    assert get_sim_time("ns") == at + 105
+    await ClockCycles(dut.clk, 1, edge_type=RisingEdge)
+    assert get_sim_time("ns") == at + 110
+    with pytest.raises(TypeError, match="'count' has 8: use ValueChange"):
+        ClockCycles(dut.count, 1)
+    with pytest.raises(TypeError, match="not both"):
+        ClockCycles(dut.clk, 1, RisingEdge, rising=True)
+    with pytest.raises(TypeError, match="RisingEdge, FallingEdge or ValueChange"):
+        ClockCycles(dut.clk, 1, Timer)
 
 
 @hoverlock.test()
