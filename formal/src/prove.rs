@@ -174,8 +174,9 @@ fn run_with(claim: &Claim, task: Task, changed: Option<&FaultySource>, place: &P
     let trace = work.path().join("trace.vcd");
     let mut total = Solved { answer: Answer::Passed, time: Duration::ZERO, processor: Duration::ZERO, memory: 0 };
     let mut put = |question| -> Result<Answer, ProveError> {
-        // That a run exists needs no second opinion, and Z3 takes minutes to find one.
-        let solver = if matches!(question, Question::Assumptions(_)) { Solver::default() } else { place.solver };
+        // A run that is found needs no second opinion, and Z3 may take minutes to find one.
+        let is_search = matches!(question, Question::Assumptions(_) | Question::Cover(_));
+        let solver = if is_search { Solver::default() } else { place.solver };
         let solved = solve(solver, &system, question, place.limit, &trace).map_err(wrong)?;
         total.time += solved.time;
         total.processor += solved.processor;
